@@ -1,0 +1,1 @@
+//! Float images, their file formats, tone mapping and image metrics.

@@ -1,0 +1,1 @@
+//! Spectral Monte Carlo light transport.

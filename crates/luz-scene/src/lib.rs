@@ -1,0 +1,1 @@
+//! Scenes as plain data, and readers for them (pbrt-v4).

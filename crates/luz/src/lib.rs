@@ -1,0 +1,1 @@
+//! Monte Carlo imaging: a spectral path tracer and its program.

@@ -1,0 +1,3 @@
+//! The `luz` program.
+
+fn main() {}
