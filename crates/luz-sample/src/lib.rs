@@ -1,5 +1,10 @@
 //! Monte Carlo sampling: counter-based random numbers, low-discrepancy sequences, warps, distributions, multiple importance sampling, running statistics.
 
 mod samples;
+mod trigonometry;
+pub mod warp;
 
 pub use samples::Samples;
+
+/// The largest number that a [`Samples`] may return, `1 − 2⁻²⁴`: the largest `f32` below one.
+pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;

@@ -1,0 +1,7 @@
+//! Measured tables: facts published by the CIE and collected by refractiveindex.info.
+
+pub(crate) mod cie1931;
+pub(crate) mod daylight;
+pub(crate) mod glasses;
+pub(crate) mod illuminants;
+pub(crate) mod metals;
