@@ -2,4 +2,4 @@
 
 mod path;
 
-pub use path::{PathIntegrator, Technique};
+pub use path::{FeatureSink, PathCost, PathIntegrator, Technique};
