@@ -1,1 +1,3 @@
 //! Spectral Monte Carlo light transport.
+
+pub mod bsdf;
