@@ -1,6 +1,8 @@
 //! Monte Carlo sampling: counter-based random numbers, low-discrepancy sequences, warps, distributions, multiple importance sampling, running statistics.
 
+pub mod random;
 mod samples;
+pub mod test_support;
 mod trigonometry;
 pub mod warp;
 
