@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::{
     TrowbridgeReitz,
@@ -105,11 +105,13 @@ fn over_visible_normals(distribution: &TrowbridgeReitz, wo: Vec3, phi: f32, mut 
     // Where the plane of incidence is a plane of symmetry, half a turn tells all.
     let alpha = distribution.alpha();
     let symmetric = alpha.x == alpha.y && phi == 0.0;
-    let (count, turn) = if symmetric { (AZIMUTHAL, 0.5) } else { (2 * AZIMUTHAL, 1.0) };
+    let (count, turn) = if symmetric { (AZIMUTHAL, 0.5 * TAU) } else { (2 * AZIMUTHAL, TAU) };
+    let stretched = distribution.stretched(wo);
     for (polar, polar_weight) in gauss_legendre::<POLAR>() {
+        let z = 1.0 - polar as f32 * (1.0 + stretched.z);
         for j in 0..count {
-            let u = Vec2::new(turn * (j as f32 + 0.5) / count as f32, polar as f32);
-            f(distribution.sample_visible(wo, u), polar_weight / count as f64);
+            let mirrored = direction(z, turn * (j as f32 + 0.5) / count as f32);
+            f(distribution.visible_normal(wo, stretched, mirrored), polar_weight / count as f64);
         }
     }
 }

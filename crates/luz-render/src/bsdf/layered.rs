@@ -4,7 +4,11 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::{Vec2, Vec3};
 use luz_color::SampledSpectrum;
-use luz_sample::warp;
+use luz_sample::{
+    Samples,
+    random::{Random, hash},
+    warp,
+};
 
 use super::{
     BsdfSample, Conductor, Dielectric, Diffuse, Lobe, TransportMode, TrowbridgeReitz, conductor::microfacet_reflection,
@@ -124,7 +128,7 @@ impl Layered {
         if !same_hemisphere(wo, wi) {
             return (SampledSpectrum::ZERO, 0.0);
         }
-        let mut random = Stream::new(self.seed, &[wo, wi]);
+        let mut random = random_of(self.seed, wo, wi);
         let mut sum = SampledSpectrum::ZERO;
         for _ in 0..self.walks {
             sum += self.walk(wo, wi, mode, &mut random).unwrap_or_default();
@@ -134,11 +138,11 @@ impl Layered {
 
     /// One estimate of everything but the reflection of `top`'s outside: a walk from `wo` that is connected, at every
     /// event, to the light from `wi`. `None` if it does not get in.
-    fn walk(&self, wo: Vec3, wi: Vec3, mode: TransportMode, random: &mut Stream) -> Option<SampledSpectrum> {
-        let (uc, u) = (random.next(), random.next_2d());
+    fn walk(&self, wo: Vec3, wi: Vec3, mode: TransportMode, random: &mut Random) -> Option<SampledSpectrum> {
+        let (uc, u) = (random.next_1d(), random.next_2d());
         let enter = self.top.sample_sides(wo, uc, u, mode, Lobe::TRANSMISSION);
         // Where light from `wi` goes inside: the connection to which walks are weighed against their own exit.
-        let (uc, u) = (random.next(), random.next_2d());
+        let (uc, u) = (random.next_1d(), random.next_2d());
         let light = self.top.sample_sides(wi, uc, u, mode.adjoint(), Lobe::TRANSMISSION);
         let enter = enter.filter(|s| s.wi.z < 0.0)?;
         let light = light.filter(|s| s.wi.z < 0.0);
@@ -173,7 +177,7 @@ impl Layered {
                 break;
             }
             if scatters {
-                let reached = z + warp::exponential(random.next(), 1.0 / w.z.abs()) * 1f32.copysign(w.z);
+                let reached = z + warp::exponential(random.next_1d(), 1.0 / w.z.abs()) * 1f32.copysign(w.z);
                 if 0.0 < reached && reached < thickness {
                     z = reached;
                     beta *= albedo;
@@ -196,7 +200,7 @@ impl Layered {
                 beta *= Self::transmittance(thickness, w);
             }
 
-            let (uc, u) = (random.next(), random.next_2d());
+            let (uc, u) = (random.next_1d(), random.next_2d());
             if w.z > 0.0 {
                 let Some(back) = self.top.sample_sides(-w, uc, u, mode, Lobe::REFLECTION) else { break };
                 beta *= back.f * (back.wi.z.abs() / back.pdf);
@@ -235,7 +239,7 @@ impl Layered {
         if enter.flags.is_reflection() {
             return leaves(beta, enter.wi, specular);
         }
-        let mut random = Stream::new(self.seed, &[wo, Vec3::new(uc, u.x, u.y)]);
+        let mut random = random_of(self.seed, wo, Vec3::new(uc, u.x, u.y));
         let phase = HenyeyGreenstein::new(self.medium.g);
         let thickness = self.medium.thickness;
         let mut w = enter.wi;
@@ -245,7 +249,7 @@ impl Layered {
                 return None;
             }
             if self.scatters() {
-                let reached = z + warp::exponential(random.next(), 1.0 / w.z.abs()) * 1f32.copysign(w.z);
+                let reached = z + warp::exponential(random.next_1d(), 1.0 / w.z.abs()) * 1f32.copysign(w.z);
                 if 0.0 < reached && reached < thickness {
                     z = reached;
                     beta *= self.medium.albedo;
@@ -256,7 +260,7 @@ impl Layered {
             } else {
                 beta *= Self::transmittance(thickness, w);
             }
-            let (uc, u) = (random.next(), random.next_2d());
+            let (uc, u) = (random.next_1d(), random.next_2d());
             let next = if w.z > 0.0 {
                 z = thickness;
                 self.top.sample(-w, uc, u, mode)?
@@ -316,12 +320,12 @@ impl Layered {
 
 /// Russian roulette after the first few events, as in pbrt-v4; false where the walk ends.
 #[inline]
-fn survives(beta: &mut SampledSpectrum, depth: u32, random: &mut Stream) -> bool {
+fn survives(beta: &mut SampledSpectrum, depth: u32, random: &mut Random) -> bool {
     let largest = beta.max_component();
     if depth <= 3 || largest >= 0.25 {
         return largest > 0.0;
     }
-    if random.next() >= largest {
+    if random.next_1d() >= largest {
         return false;
     }
     *beta /= largest;
@@ -338,39 +342,10 @@ fn power_weight(a: f32, b: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Numbers that follow from a seed and some vectors.
-struct Stream {
-    state: u64,
-}
-
-impl Stream {
-    fn new(seed: u64, keys: &[Vec3]) -> Self {
-        let mut state = mix(seed);
-        for key in keys {
-            for bits in key.to_array().map(f32::to_bits) {
-                state = mix(state ^ u64::from(bits));
-            }
-        }
-        Self { state }
-    }
-
-    #[inline]
-    fn next(&mut self) -> f32 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        (mix(self.state) >> 40) as f32 * (1.0 / 16_777_216.0)
-    }
-
-    #[inline]
-    fn next_2d(&mut self) -> Vec2 {
-        let x = self.next();
-        Vec2::new(x, self.next())
-    }
-}
-
-/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
-#[inline]
-fn mix(mut x: u64) -> u64 {
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
+/// Random numbers that follow from a seed and two vectors.
+fn random_of(seed: u64, a: Vec3, b: Vec3) -> Random {
+    let bits = |v: Vec3| v.to_array().map(|x| u64::from(x.to_bits()));
+    let [ax, ay, az] = bits(a);
+    let [bx, by, bz] = bits(b);
+    Random::new(hash(seed, ax << 32 | ay, az, 0), bx << 32 | by, bz)
 }

@@ -1,8 +1,9 @@
 //! The Trowbridge–Reitz (GGX) distribution of microfacet normals.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
+use luz_sample::warp;
 
 /// The anisotropic Trowbridge–Reitz distribution with height-correlated Smith masking and shadowing.
 ///
@@ -101,15 +102,22 @@ impl TrowbridgeReitz {
     /// Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps".
     #[inline]
     pub fn sample_visible(&self, w: Vec3, u: Vec2) -> Vec3 {
-        let sign = if w.z < 0.0 { -1.0 } else { 1.0 };
-        let w = w * sign;
-        // In the space where the surface is a unit hemisphere, mirrored directions fill a spherical cap uniformly.
-        let stretched = Vec3::new(self.alpha.x * w.x, self.alpha.y * w.y, w.z).normalize_or(Vec3::Z);
-        let z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u.x).sin_cos();
-        let h = Vec3::new(r * cos, r * sin, z) + stretched;
+        let stretched = self.stretched(w);
+        // In the space where the surface is a unit hemisphere, the directions that it mirrors fill a cap uniformly.
+        self.visible_normal(w, stretched, warp::uniform_cone(u, 1.0 + stretched.z))
+    }
+
+    /// Where the direction of `w`, turned to the upper side, goes when the surface is stretched to a hemisphere.
+    #[inline(always)]
+    pub(super) fn stretched(&self, w: Vec3) -> Vec3 {
+        Vec3::new(self.alpha.x * w.x, self.alpha.y * w.y, w.z.abs()).normalize_or(Vec3::Z)
+    }
+
+    /// The normal, on the side of `w`, that mirrors `stretched` to `mirrored` on the hemisphere.
+    #[inline(always)]
+    pub(super) fn visible_normal(&self, w: Vec3, stretched: Vec3, mirrored: Vec3) -> Vec3 {
+        let h = mirrored + stretched;
         let wm = Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0)).normalize_or(Vec3::Z);
-        wm * sign
+        if w.z < 0.0 { -wm } else { wm }
     }
 }
