@@ -107,7 +107,7 @@ impl TrowbridgeReitz {
         self.visible_normal(w, stretched, warp::uniform_cone(u, 1.0 + stretched.z))
     }
 
-    /// Where the direction of `w`, turned to the upper side, goes when the surface is stretched to a hemisphere.
+    /// Where the direction of `w`, mirrored to the upper side, goes when the surface is stretched to a hemisphere.
     #[inline(always)]
     pub(super) fn stretched(&self, w: Vec3) -> Vec3 {
         Vec3::new(self.alpha.x * w.x, self.alpha.y * w.y, w.z.abs()).normalize_or(Vec3::Z)
@@ -117,7 +117,6 @@ impl TrowbridgeReitz {
     #[inline(always)]
     pub(super) fn visible_normal(&self, w: Vec3, stretched: Vec3, mirrored: Vec3) -> Vec3 {
         let h = mirrored + stretched;
-        let wm = Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0)).normalize_or(Vec3::Z);
-        if w.z < 0.0 { -wm } else { wm }
+        Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0).copysign(w.z)).normalize_or(Vec3::Z)
     }
 }
