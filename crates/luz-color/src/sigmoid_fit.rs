@@ -82,8 +82,7 @@ impl SigmoidFitter {
             let next = (solution - damped.inverse() * gradient).clamp(DVec3::splat(-limit), DVec3::splat(limit));
             let (next_residual, next_jacobian) = self.residual(next, target);
             let next_error = next_residual.length_squared();
-            // The negation takes NaN along.
-            if !(next_error < error) {
+            if next_error.is_nan() || next_error >= error {
                 damping = (damping * 8.0).max(1e-9);
                 if damping > 1e12 {
                     break;

@@ -115,3 +115,46 @@ fn solve_line(fitter: &SigmoidFitter, largest: usize, x: f64, y: f64) -> [[f32; 
 fn store(slot: &mut [f32; 4], solution: DVec3, z: f64) {
     *slot = (solution * z.sqrt()).extend(0.0).as_vec4().to_array();
 }
+
+#[cfg(test)]
+mod probe {
+    use crate::*;
+    #[test]
+    fn probe() {
+        for name in ["srgb", "rec2020"] {
+            let space = RgbColorSpace::named(name).unwrap();
+            let t = std::time::Instant::now();
+            let table = space.sigmoid_table();
+            eprintln!("table {:?}", t.elapsed());
+            let mut errs = vec![];
+            let mut ferrs = vec![];
+            let t = std::time::Instant::now();
+            let n = 4000;
+            for i in 0..n {
+                let f = |k: f64| ((i as f64 + 0.5) * k).fract() as f32;
+                let rgb = [f(0.8191725134), f(0.6710436067), f(0.5497004779)];
+                let col = |p: SigmoidPolynomial| {
+                    space.from_xyz(
+                        observer::integrate_xyz(|l| p.value(l) * space.illuminant().value(l))
+                            .map(|v| (v / f64::from(CIE_Y_INTEGRAL)) as f32),
+                    )
+                };
+                let e = |b: [f32; 3]| (0..3).map(|c| (b[c] - rgb[c]).abs()).fold(0.0, f32::max);
+                errs.push((e(col(table.lookup(rgb))), rgb));
+                ferrs.push((e(col(space.to_sigmoid(rgb))), rgb));
+            }
+            eprintln!("fits {:?} each", t.elapsed() / n);
+            for e in [&mut errs, &mut ferrs] {
+                e.sort_by(|a, b| a.0.total_cmp(&b.0));
+                eprintln!(
+                    "mean {} median {} 99% {} max {:?} {:?}",
+                    e.iter().map(|e| e.0).sum::<f32>() / n as f32,
+                    e[n as usize / 2].0,
+                    e[n as usize * 99 / 100].0,
+                    e[n as usize - 1],
+                    e[n as usize - 2]
+                );
+            }
+        }
+    }
+}

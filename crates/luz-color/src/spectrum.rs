@@ -386,7 +386,7 @@ pub(crate) fn planck(lambda: f64, temperature: f64) -> f64 {
     const C: f64 = 299_792_458.0;
     const H: f64 = 6.62606957e-34;
     const K: f64 = 1.3806488e-23;
-    if !(temperature > 0.0) {
+    if temperature.is_nan() || temperature <= 0.0 {
         return 0.0;
     }
     let l = lambda * 1e-9;
