@@ -171,6 +171,7 @@ impl World {
 /// A number in `[0, 1)` that depends on a ray's origin and direction.
 fn hash_of_ray(ray: &Ray) -> f32 {
     let key = |v: Vec3| u64::from(v.x.to_bits()) | (u64::from(v.y.to_bits()) << 32);
-    let bits = random::hash(key(ray.origin), key(ray.direction), u64::from(ray.origin.z.to_bits()), ray.direction.z.to_bits());
+    let bits =
+        random::hash(key(ray.origin), key(ray.direction), u64::from(ray.origin.z.to_bits()), ray.direction.z.to_bits());
     (bits >> 40) as f32 / (1u64 << 24) as f32
 }
