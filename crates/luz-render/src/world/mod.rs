@@ -42,6 +42,7 @@ pub struct World {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     pub(crate) has_passages: bool,
+    pub(crate) has_varying_textures: bool,
     pub(crate) statistics: WorldStatistics,
 }
 
@@ -75,6 +76,11 @@ impl World {
     /// The textures.
     pub fn textures(&self) -> &Textures {
         &self.textures
+    }
+
+    /// True if some texture varies over a surface, so that lookups need a footprint.
+    pub fn has_varying_textures(&self) -> bool {
+        self.has_varying_textures
     }
 
     /// A material.

@@ -319,6 +319,7 @@ impl Builder {
         Some(World {
             infinite_lights: infinite.collect(),
             has_passages: self.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface),
+            has_varying_textures: !self.textures.textures.all_constant(),
             accelerator,
             shapes: self.shapes,
             materials: self.materials,
