@@ -1,7 +1,10 @@
 //! Monte Carlo sampling: counter-based random numbers, low-discrepancy sequences, warps, distributions, multiple importance sampling, running statistics.
 
+pub mod distribution;
+pub mod mis;
 pub mod random;
 mod samples;
+pub mod statistics;
 pub mod test_support;
 mod trigonometry;
 pub mod warp;
