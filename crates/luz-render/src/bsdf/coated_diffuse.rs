@@ -7,7 +7,7 @@ use luz_color::SampledSpectrum;
 use luz_sample::warp;
 
 use super::{
-    BsdfSample, CoatInterface, Lobe, TrowbridgeReitz,
+    BsdfSample, CoatInterface, CoatWeights, Lobe, TrowbridgeReitz,
     conductor::microfacet_reflection,
     direction::{mirror, reflect, same_hemisphere},
     fresnel,
@@ -23,7 +23,8 @@ use super::{
 /// `f(wo, wi) = f_r(wo, wi) + T(wo)·T(wi)·R/(π·η²) · Σ_{k<K} (R·r)^k`,
 ///
 /// where `K` is the number of times that a path may meet the base. `1/η²` is what compression of radiance leaves of
-/// going in and out of the coat; the sum is the same for both transport modes and reciprocal.
+/// going in and out of the coat; the sum is the same for both transport modes and, with [`CoatWeights::Exact`],
+/// reciprocal.
 #[derive(Clone, Copy, Debug)]
 pub struct CoatedDiffuse<'a> {
     interface: &'a CoatInterface,
@@ -99,7 +100,13 @@ impl<'a> CoatedDiffuse<'a> {
             return (SampledSpectrum::ZERO, 0.0);
         }
         let out = self.interface.directional(wo, &self.distribution);
-        self.evaluate_from(wo, wi, out.transmittance, self.coat_probability(out.reflectance, out.transmittance))
+        let into = self.interface.directional(wi, &self.distribution);
+        let into = match self.interface.weights() {
+            CoatWeights::Exact => into.transmittance,
+            CoatWeights::PbrtV4 => into.emergence,
+        };
+        let probability = self.coat_probability(out.reflectance, out.transmittance);
+        self.evaluate_from(wo, wi, out.transmittance * into, probability)
     }
 
     /// Probability of sampling the coat's lobe: its share of the albedo.
@@ -110,9 +117,8 @@ impl<'a> CoatedDiffuse<'a> {
     }
 
     #[inline(always)]
-    fn evaluate_from(&self, wo: Vec3, wi: Vec3, t_out: f32, coat_probability: f32) -> (SampledSpectrum, f32) {
-        let t_in = self.interface.directional(wi, &self.distribution).transmittance;
-        let mut f = self.base * (t_out * t_in);
+    fn evaluate_from(&self, wo: Vec3, wi: Vec3, transmittance: f32, coat_probability: f32) -> (SampledSpectrum, f32) {
+        let mut f = self.base * transmittance;
         let mut pdf = (1.0 - coat_probability) * FRAC_1_PI * wi.z.abs();
         if !self.has_smooth_coat()
             && let Some(wm) = (wo + wi).try_normalize()
@@ -148,7 +154,8 @@ impl<'a> CoatedDiffuse<'a> {
         if !same_hemisphere(wo, wi) {
             return None;
         }
-        let (f, pdf) = self.evaluate_from(wo, wi, out.transmittance, probability);
+        let into = self.interface.directional(wi, &self.distribution).transmittance;
+        let (f, pdf) = self.evaluate_from(wo, wi, out.transmittance * into, probability);
         (pdf > 0.0).then(|| BsdfSample::new(f, wi, pdf, flags))
     }
 }

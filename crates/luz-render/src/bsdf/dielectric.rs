@@ -109,6 +109,12 @@ impl Dielectric {
         (visible / (cos_i * so + cos_o * si), visible / (cos_o + so))
     }
 
+    /// The densities with which transmission alone is sampled from `wo` to `wi`, and from `wi` to `wo`, through a
+    /// microfacet with normal `wm`; `wo` above.
+    pub(super) fn transmission_densities(&self, wo: Vec3, wi: Vec3, wm: Vec3) -> [f32; 2] {
+        [self.transmission(wo, wi, wm, self.eta).1, self.transmission(wi, wo, wm, 1.0 / self.eta).1]
+    }
+
     /// Samples reflection or transmission, by their share of the light.
     #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {

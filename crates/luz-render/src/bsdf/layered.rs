@@ -11,8 +11,8 @@ use luz_sample::{
 };
 
 use super::{
-    BsdfSample, Conductor, Dielectric, Diffuse, Lobe, TransportMode, TrowbridgeReitz, conductor::microfacet_reflection,
-    direction::same_hemisphere, henyey_greenstein::HenyeyGreenstein,
+    BsdfSample, CoatWeights, Conductor, Dielectric, Diffuse, Lobe, TransportMode, TrowbridgeReitz,
+    conductor::microfacet_reflection, direction::same_hemisphere, henyey_greenstein::HenyeyGreenstein,
 };
 
 /// What lies under the coat.
@@ -76,6 +76,7 @@ pub struct Layered {
     max_depth: u32,
     walks: u32,
     seed: u64,
+    weights: CoatWeights,
 }
 
 impl Layered {
@@ -85,7 +86,13 @@ impl Layered {
     /// independent values.
     pub fn new(top: Dielectric, base: Base, medium: CoatMedium, max_depth: u32, walks: u32, seed: u64) -> Self {
         let medium = CoatMedium { thickness: medium.thickness.max(f32::MIN_POSITIVE), ..medium };
-        Self { top, base, medium, max_depth, walks: walks.max(1), seed }
+        Self { top, base, medium, max_depth, walks: walks.max(1), seed, weights: CoatWeights::Exact }
+    }
+
+    /// The same BSDF with other `weights`.
+    #[must_use]
+    pub fn with_weights(self, weights: CoatWeights) -> Self {
+        Self { weights, ..self }
     }
 
     #[inline(always)]
@@ -146,6 +153,9 @@ impl Layered {
         let light = self.top.sample_sides(wi, uc, u, mode.adjoint(), Lobe::TRANSMISSION);
         let enter = enter.filter(|s| s.wi.z < 0.0)?;
         let light = light.filter(|s| s.wi.z < 0.0);
+        if light.is_none() && self.weights == CoatWeights::PbrtV4 {
+            return None; // Although the walk could leave on its own.
+        }
 
         let exit_specular = self.top.is_specular();
         let base_specular = !self.base.flags().has_non_specular();
@@ -153,9 +163,8 @@ impl Layered {
         let (thickness, albedo) = (self.medium.thickness, self.medium.albedo);
         let scatters = self.scatters();
         // Light that arrives through `top` along the sampled `light`, and its weight against a technique of density `pdf`.
-        let connect = |pdf: f32| {
-            light.map(|s| (-s.wi, s.f * (if exit_specular { 1.0 } else { power_weight(s.pdf, pdf) } / s.pdf)))
-        };
+        let connect =
+            |pdf: f32| light.map(|s| (-s.wi, s.f * (if exit_specular { 1.0 } else { mis_weight(s.pdf, pdf) } / s.pdf)));
         // What leaves along `wi` of a walk that was sampled into `w` with density `pdf`.
         let leave = |w: Vec3, pdf: Option<f32>| {
             let value = self.top.evaluate(-w, wi, mode).0;
@@ -163,8 +172,11 @@ impl Layered {
                 return 0.0;
             }
             pdf.map_or(value, |pdf| {
-                let (_, other) = self.top.evaluate_sides(wi, -w, mode.adjoint(), Lobe::TRANSMISSION);
-                value * power_weight(pdf, other)
+                let (_, other) = match self.weights {
+                    CoatWeights::Exact => self.top.evaluate_sides(wi, -w, mode.adjoint(), Lobe::TRANSMISSION),
+                    CoatWeights::PbrtV4 => self.top.evaluate_sides(-w, wi, mode, Lobe::TRANSMISSION),
+                };
+                value * mis_weight(pdf, other)
             })
         };
 
@@ -332,9 +344,9 @@ fn survives(beta: &mut SampledSpectrum, depth: u32, random: &mut Random) -> bool
     true
 }
 
-/// Weight of a technique of density `a` against one of density `b`.
+/// Weight of a technique of density `a` against one of density `b`, by the power heuristic.
 #[inline]
-fn power_weight(a: f32, b: f32) -> f32 {
+pub(super) fn mis_weight(a: f32, b: f32) -> f32 {
     if a.is_infinite() {
         return 1.0;
     }

@@ -23,7 +23,7 @@ mod thin_dielectric;
 use glam::{Vec2, Vec3};
 use luz_color::SampledSpectrum;
 
-pub use coat_interface::CoatInterface;
+pub use coat_interface::{CoatInterface, CoatWeights};
 pub use coated_diffuse::CoatedDiffuse;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
