@@ -51,25 +51,23 @@ impl SigmoidTable {
             2
         };
         let z = rgb[largest];
-        let (x0, tx) = cell(rgb[(largest + 1) % 3] / z, SIZE);
-        let (y0, ty) = cell(rgb[(largest + 2) % 3] / z, SIZE);
+        let inverse = 1.0 / z;
+        let (x0, tx) = cell(rgb[(largest + 1) % 3] * inverse, SIZE);
+        let (y0, ty) = cell(rgb[(largest + 2) % 3] * inverse, SIZE);
         let (z0, tz) = cell(1.0 - (1.0 - z).sqrt(), DEPTH);
-        let base = ((largest * SIZE + y0) * SIZE + x0) * DEPTH + z0;
-        let mut sum = [0.0; 4];
-        for (dy, wy) in [(0, 1.0 - ty), (1, ty)] {
-            for (dx, wx) in [(0, 1.0 - tx), (1, tx)] {
-                for (dz, wz) in [(0, 1.0 - tz), (1, tz)] {
-                    let node = &self.nodes[base + (dy * SIZE + dx) * DEPTH + dz];
-                    let w = wx * wy * wz;
-                    for c in 0..4 {
-                        sum[c] += w * node[c];
-                    }
-                }
+        let along_z = |y: usize, x: usize| {
+            let first = ((largest * SIZE + y) * SIZE + x) * DEPTH + z0;
+            match self.nodes.get(first..first + 2) {
+                Some([a, b]) => mix(*a, *b, tz),
+                _ => [0.0; 4],
             }
-        }
+        };
+        let low = mix(along_z(y0, x0), along_z(y0, x0 + 1), tx);
+        let high = mix(along_z(y0 + 1, x0), along_z(y0 + 1, x0 + 1), tx);
         let mean = (rgb[0] + rgb[1] + rgb[2]) * (1.0 / 3.0);
         let scale = 1.0 / (mean * (1.0 - mean)).max(1e-12).sqrt();
-        SigmoidPolynomial::new([sum[0] * scale, sum[1] * scale, sum[2] * scale])
+        let [c0, c1, c2, _] = mix(low, high, ty);
+        SigmoidPolynomial::new([c0 * scale, c1 * scale, c2 * scale])
     }
 }
 
@@ -84,6 +82,12 @@ fn cell(coordinate: f32, size: usize) -> (usize, f32) {
     let position = coordinate * (size - 1) as f32;
     let index = (position as usize).min(size - 2);
     (index, position - index as f32)
+}
+
+/// Linear interpolation of nodes.
+#[inline(always)]
+fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
+    std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
 
 /// The nodes of one y, for all x and z: along x at a middle z, and from there up and down.
