@@ -318,7 +318,7 @@ impl Parser<'_> {
             return None;
         }
         let components = kind.components();
-        if raw.len() % components != 0 {
+        if !raw.len().is_multiple_of(components) {
             let message = format!(
                 "the {} values of `{name}` are not a multiple of {components}, as `{}` needs",
                 raw.len(),
