@@ -18,7 +18,7 @@
 //! Pixels whose light is found rarely (caustics, indirect light in dark corners, the edges of lamps) break the
 //! assumption of the first family: few samples carry most of the mean, and a variance estimated without them is far too
 //! small. As in Mitsuba 3's tests of the same kind, the first family passes if 99.75 % of its comparisons do. Tiles have
-//! 256 times the samples, and none of them may fail.
+//! 256 times the samples, and 99 % of their comparisons must pass; a bias of 2 % in one BSDF fails a quarter of them.
 
 mod common;
 
@@ -37,6 +37,8 @@ const REPLICAS: f64 = 16.0;
 const SIGNIFICANCE: f64 = 0.01;
 /// The share of pixels' comparisons that may fail.
 const EXCUSED: f64 = 0.0025;
+/// The share of tiles' comparisons that may fail.
+const EXCUSED_TILES: f64 = 0.01;
 const TILE: u32 = 16;
 
 fn data() -> PathBuf {
@@ -143,6 +145,7 @@ fn p_value(a: Estimate, b: Estimate) -> f64 {
 struct Verdict {
     pixels: usize,
     pixels_failed: usize,
+    tiles: usize,
     tiles_failed: usize,
     brightness_p: [f64; 3],
 }
@@ -167,6 +170,7 @@ fn compare(reference: &Measured, ours: &Measured) -> Verdict {
     Verdict {
         pixels: 3 * ours.estimates.len(),
         pixels_failed,
+        tiles: tile_values.len(),
         tiles_failed: failures(tile_values),
         brightness_p: std::array::from_fn(|c| p_value(reference.whole(c), ours.whole(c))),
     }
@@ -208,9 +212,9 @@ fn rendered(
 }
 
 /// Independent samples, whose variance the film knows.
-const INDEPENDENT: (SamplerKind, u32) = (SamplerKind::Independent, 256);
+const INDEPENDENT: (SamplerKind, u32) = (SamplerKind::Independent, 512);
 /// Stratified samples, which have less of it.
-const STRATIFIED: (SamplerKind, u32) = (SamplerKind::Sobol, 128);
+const STRATIFIED: (SamplerKind, u32) = (SamplerKind::Sobol, 512);
 
 fn assert_agrees(scene: &str, name: &str) {
     let reference = Measured::reference(name);
@@ -218,7 +222,7 @@ fn assert_agrees(scene: &str, name: &str) {
     let brightness = brightness_off(&reference, &rendered(scene, &reference, STRATIFIED, |text| text));
     println!("{name}: {verdict:?}, stratified brightness off by {brightness:?}");
     assert!(verdict.pixels_failed as f64 <= EXCUSED * verdict.pixels as f64, "{name}: {verdict:?}");
-    assert_eq!(verdict.tiles_failed, 0, "{name}: {verdict:?}");
+    assert!(verdict.tiles_failed as f64 <= EXCUSED_TILES * verdict.tiles as f64, "{name}: {verdict:?}");
     for c in 0..3 {
         assert!(verdict.brightness_p[c] > SIGNIFICANCE / 3.0, "{name}: {verdict:?}");
         assert!(brightness[c].abs() < 5e-3, "{name}: {brightness:?}");
@@ -262,7 +266,8 @@ fn a_two_percent_error_in_one_bsdf_is_found() {
     let reference = Measured::reference("cornell-box");
     let ours = rendered("cornell-box/cornell-box.pbrt", &reference, INDEPENDENT, brighter);
     let verdict = compare(&reference, &ours);
-    assert!(verdict.tiles_failed > 0, "{verdict:?}");
+    println!("2 % too much: {verdict:?}");
+    assert!(verdict.tiles_failed as f64 > 10.0 * EXCUSED_TILES * verdict.tiles as f64, "{verdict:?}");
     assert!(verdict.brightness_p.iter().any(|p| *p < SIGNIFICANCE / 3.0), "{verdict:?}");
     assert!(brightness_off(&reference, &ours).iter().any(|off| off.abs() > 5e-3), "{verdict:?}");
 }
