@@ -45,7 +45,8 @@ pub(crate) const MIXED_BITS: u32 = 4;
 #[inline(always)]
 pub(crate) const fn mix_low_bits(index: u32, mask: u32, seed: u32) -> u32 {
     // The nested shuffle let high bits act on low ones, here low ones act on high ones.
-    index ^ ((index ^ laine_karras(index, seed)) & mask)
+    let mixed = index.wrapping_mul(seed | 1).wrapping_add(seed >> 16);
+    index ^ ((index ^ mixed) & mask)
 }
 
 /// The first dimension of the Sobol sequence, scrambled: the van der Corput sequence.

@@ -2,7 +2,7 @@
 
 use super::Points;
 use crate::owen::{MIXED_BITS, laine_karras, mix_low_bits, sobol_1d, sobol_2d};
-use crate::random::{GOLDEN, mix};
+use crate::random::mix;
 
 /// Every pair of dimensions is a randomised Sobol (0, 2)-sequence of its own, every single dimension a van der Corput
 /// sequence: pixel and dimension choose an Owen shuffle of the index and an Owen scramble of each coordinate (Burley 2020).
@@ -30,7 +30,7 @@ impl Sobol {
     /// The shuffled index, and the seed of the first scramble and a word for the second.
     #[inline(always)]
     fn shuffle(&self, dimension: u32) -> (u32, u64) {
-        let bits = mix(self.key.wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension))));
+        let bits = mix(self.key ^ u64::from(dimension));
         let index = laine_karras(self.reversed, bits as u32).reverse_bits();
         (mix_low_bits(index, self.mask, (bits >> 16) as u32), bits)
     }

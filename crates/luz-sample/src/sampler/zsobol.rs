@@ -2,7 +2,7 @@
 
 use super::Points;
 use crate::owen::{MIXED_BITS, laine_karras_64, mix_low_bits, sobol_1d, sobol_2d};
-use crate::random::{GOLDEN, mix, stream_key};
+use crate::random::{mix, stream_key};
 
 /// One randomised Sobol sequence for every pair of dimensions, dealt out to all samples of all pixels along the Z-order curve
 /// of the image, whose quadrants are shuffled at every level (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of
@@ -60,7 +60,7 @@ impl ZSobol {
     /// The shuffled index along the sequence, and random bits that depend on the dimension alone.
     #[inline(always)]
     fn shuffle(&self, dimension: u32) -> (u64, u64) {
-        let bits = mix(self.key.wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension))));
+        let bits = mix(self.key ^ u64::from(dimension));
         // Bits below a place hash what is above it in the curve. Two of them choose the pairs of a quadrant.
         let chance = laine_karras_64(self.reversed, bits);
         let mut v = self.reversed;
