@@ -1,7 +1,7 @@
 //! Owen-scrambled Sobol points in shuffled Z-order over the image.
 
 use super::Points;
-use crate::owen::{MIXED_BITS, laine_karras_64, mix_low_bits, sobol_1d, sobol_2d};
+use crate::owen::{laine_karras_64, second_dimension, sobol_1d, sobol_2d};
 use crate::random::{mix, stream_key};
 
 /// One randomised Sobol sequence for every pair of dimensions, dealt out to all samples of all pixels along the Z-order curve
@@ -20,13 +20,10 @@ pub(super) struct ZSobol {
     /// The index along the curve, bit-reversed.
     reversed: u64,
     /// The low bits of the index whose order is given up, within a pixel.
-    mask: u32,
+    mask: u64,
     /// Where the higher bits of quadrants are in the reversed index.
     quadrants: u64,
 }
-
-/// The low half of a word.
-const LOW: u64 = 0xffff_ffff;
 
 /// The bits of `x` at the even places of a 64-bit number.
 #[inline]
@@ -52,7 +49,7 @@ impl ZSobol {
         Self {
             key: stream_key(seed, round),
             reversed: (curve << bits | sample).reverse_bits(),
-            mask: (1 << bits.min(MIXED_BITS)) - 1,
+            mask: (1 << bits.min(4)) - 1,
             quadrants: (odd_places << bits).reverse_bits(),
         }
     }
@@ -70,7 +67,10 @@ impl ZSobol {
         v ^= v >> 1 & crosswise;
         let shuffled = laine_karras_64(v, bits.wrapping_mul(0xa076_1d64_78bd_642f));
         let index = shuffled.reverse_bits();
-        (index & !LOW | u64::from(mix_low_bits(index as u32, self.mask, (bits >> 16) as u32)), bits)
+        // Within a pixel, the order of up to 16 samples is given up, as in `Sobol`: there high bits of the index acted on low
+        // ones, here low ones act on high ones.
+        let mixed = index.wrapping_mul(bits >> 16 | 1).wrapping_add(bits >> 32);
+        (index ^ (index ^ mixed) & self.mask, bits)
     }
 }
 
@@ -85,6 +85,6 @@ impl Points for ZSobol {
     fn point_2d(&self, dimension: u32) -> [u32; 2] {
         let (index, bits) = self.shuffle(dimension);
         let more = bits.wrapping_mul(0xd6e8_feb8_6659_fd93);
-        sobol_2d(index, [(bits >> 32) as u32, (more >> 32) as u32])
+        sobol_2d(index as u32, second_dimension(index), [(bits >> 32) as u32, (more >> 32) as u32])
     }
 }
