@@ -5,6 +5,7 @@
 //! a line in each of the enumerations below.
 
 mod halton;
+mod order;
 mod sobol;
 mod stratified;
 mod zsobol;
