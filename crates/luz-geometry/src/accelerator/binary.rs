@@ -71,7 +71,7 @@ impl BinaryNode {
 }
 
 /// Cost of testing one node, relative to that of one packet of triangles.
-pub(super) const NODE_COST: f32 = 1.0;
+pub(super) const NODE_COST: f32 = 0.3;
 /// Cost of one primitive that is not a triangle, relative to that of one packet of triangles.
 const OTHER_COST: f32 = 2.0;
 const BINS: usize = 16;

@@ -9,29 +9,32 @@ use crate::Shape;
 /// Makes the eight-wide tree: the children of a node are found by opening, again and again, the inner child of the
 /// largest surface.
 pub(super) fn collapse(binary: &[BinaryNode], primitives: &[Primitive], shapes: &[Shape]) -> Tree {
-    let mut tree = Tree::default();
-    let Some(root) = binary.first() else { return tree };
-    tree.bounds = root.bounds();
-    tree.reach = tree.bounds.min.abs().max(tree.bounds.max.abs()).max_element();
-    let mut maker = Maker { binary, primitives, shapes, tree };
-    maker.tree.nodes.push(WideNode::EMPTY);
+    let Some(root) = binary.first() else { return Tree::default() };
+    let mut maker =
+        Maker { binary, primitives, shapes, nodes: vec![WideNode::EMPTY], packets: Vec::new(), others: Vec::new() };
     if root.is_leaf() {
         let child = maker.leaf(root);
-        maker.tree.nodes[0].set(0, &root.bounds(), child);
+        maker.nodes[0].set(0, &root.bounds(), child);
     } else {
         maker.node(0, 0);
     }
-    maker.tree.nodes.shrink_to_fit();
-    maker.tree.packets.shrink_to_fit();
-    maker.tree.others.shrink_to_fit();
-    maker.tree
+    let bounds = root.bounds();
+    Tree {
+        nodes: maker.nodes.into(),
+        packets: maker.packets.into(),
+        others: maker.others,
+        bounds,
+        reach: bounds.min.abs().max(bounds.max.abs()).max_element(),
+    }
 }
 
 struct Maker<'a> {
     binary: &'a [BinaryNode],
     primitives: &'a [Primitive],
     shapes: &'a [Shape],
-    tree: Tree,
+    nodes: Vec<WideNode>,
+    packets: Vec<TrianglePacket>,
+    others: Vec<Other>,
 }
 
 impl Maker<'_> {
@@ -50,9 +53,9 @@ impl Maker<'_> {
             [open[i], open[count]] = children(open[i]);
             count += 1;
         }
-        let first = self.tree.nodes.len();
+        let first = self.nodes.len();
         let inner = open[..count].iter().filter(|&&at| !self.binary[at].is_leaf()).count();
-        self.tree.nodes.resize(first + inner, WideNode::EMPTY);
+        self.nodes.resize(first + inner, WideNode::EMPTY);
         let mut next = first;
         for (i, &at) in open[..count].iter().enumerate() {
             let node = self.binary[at];
@@ -63,7 +66,7 @@ impl Maker<'_> {
                 self.node(at, next - 1);
                 Child::node(next - 1)
             };
-            self.tree.nodes[place].set(i, &node.bounds(), child);
+            self.nodes[place].set(i, &node.bounds(), child);
         }
     }
 
@@ -71,14 +74,14 @@ impl Maker<'_> {
         let range = node.first as usize..(node.first + node.count) as usize;
         let primitives = &self.primitives[range];
         if primitives.iter().all(Primitive::is_other) {
-            let first = self.tree.others.len();
-            self.tree.others.extend(primitives.iter().map(|p| match p.shape() {
+            let first = self.others.len();
+            self.others.extend(primitives.iter().map(|p| match p.shape() {
                 Primitive::INSTANCE => Other::Instance(p.primitive()),
                 shape => Other::Primitive { shape, primitive: p.primitive() },
             }));
             return Child::others(first, primitives.len());
         }
-        let first = self.tree.packets.len();
+        let first = self.packets.len();
         for four in primitives.chunks(LANES) {
             let mut packet = TrianglePacket::zeroed();
             for lane in 0..LANES {
@@ -88,7 +91,7 @@ impl Maker<'_> {
                     packet.set(lane, mesh.corners(p.primitive() as usize), p.shape(), p.primitive());
                 }
             }
-            self.tree.packets.push(packet);
+            self.packets.push(packet);
         }
         Child::packets(first, primitives.len().div_ceil(LANES))
     }

@@ -90,13 +90,9 @@ impl Kernel for Avx2 {
                 let plane = _mm256_load_ps(planes.add(ray.far_plane[axis]).cast());
                 _mm256_fmsub_ps(plane, ray.far_reciprocal[axis], ray.far_offset[axis])
             };
-            // The second operand is taken where the first is NaN.
-            let enter = _mm256_max_ps(near(0), _mm256_setzero_ps());
-            let enter = _mm256_max_ps(near(1), enter);
-            let enter = _mm256_max_ps(near(2), enter);
-            let leave = _mm256_min_ps(far(0), _mm256_set1_ps(t_max));
-            let leave = _mm256_min_ps(far(1), leave);
-            let leave = _mm256_min_ps(far(2), leave);
+            // The second operand is taken where the first is NaN: an axis too many may then be left out, which is safe.
+            let enter = _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_setzero_ps()));
+            let leave = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(t_max)));
             _mm256_store_ps(distances.0.as_mut_ptr(), enter);
             _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
         }
