@@ -23,9 +23,9 @@ pub(super) unsafe fn walk<F: Filter, const ANY: bool>(
     unsafe { traversal.walk::<Avx2, ANY>(tree, ray, best) }
 }
 
-struct Avx2;
+pub(super) struct Avx2;
 
-struct BoxRay {
+pub(super) struct BoxRay {
     near_reciprocal: [__m256; 3],
     far_reciprocal: [__m256; 3],
     /// `origin · reciprocal`, with the pad.
@@ -35,7 +35,7 @@ struct BoxRay {
     far_plane: [usize; 3],
 }
 
-struct TriangleRay {
+pub(super) struct TriangleRay {
     axes: [usize; 3],
     origin: [__m128; 3],
     shear: [__m128; 2],
