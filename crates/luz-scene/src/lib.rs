@@ -26,5 +26,5 @@ pub use diagnostic::{Diagnostic, Diagnostics, SceneErrors, Severity};
 pub use mesh::MeshData;
 pub use parameters::{FloatOrTexture, Parameter, ParameterList, ParameterType, SpectrumOrTexture, Values};
 pub use pbrt::{Limits, ReadOptions, read, read_bytes, read_str, read_with};
-pub use source::{FileId, SourceMap, Span};
+pub use source::{FileId, Location, Locator, SourceMap, Span};
 pub use spectrum::{ColorSpace, SpectrumParameter};

@@ -70,6 +70,8 @@ pub(super) struct Builder<'a> {
     pub textures: Vec<TextureEntity>,
     pub media: Vec<MediumEntity>,
 
+    /// Were all parameters of the current directive read? If not, none is called missing.
+    pub parameters_complete: bool,
     pub active_object: Option<ActiveObject>,
     pub material_names: HashMap<Arc<str>, usize>,
     pub medium_names: HashMap<Arc<str>, usize>,
@@ -127,6 +129,7 @@ impl<'a> Builder<'a> {
             materials: vec![MaterialEntity { name: None, entity: default_entity("diffuse") }],
             textures: Vec::new(),
             media: Vec::new(),
+            parameters_complete: true,
             active_object: None,
             material_names: HashMap::new(),
             medium_names: HashMap::new(),
@@ -263,8 +266,9 @@ impl<'a> Builder<'a> {
         }
     }
 
-    pub fn attribute_begin(&mut self, span: Span) {
-        self.require_world("AttributeBegin", span);
+    /// `directive`: `AttributeBegin` or its old form.
+    pub fn attribute_begin(&mut self, directive: &str, span: Span) {
+        self.require_world(directive, span);
         self.push_state(Opener::Attribute, span);
     }
 
@@ -353,7 +357,9 @@ impl<'a> Builder<'a> {
 
     /// Checks an entity, and that the files it names are there. `user`: the texture that it is.
     fn check(&mut self, category: Category, entity: &Entity, user: Option<usize>) {
-        let Some(schema) = schema::check(category, entity, &mut self.diagnostics) else { return };
+        let Some(schema) = schema::check(category, entity, self.parameters_complete, &mut self.diagnostics) else {
+            return;
+        };
         self.note_references(schema, entity, user);
     }
 
@@ -403,40 +409,42 @@ impl<'a> Builder<'a> {
     pub fn film(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Film", span) {
             self.film = self.entity(span, kind, parameters, None);
-            schema::check(Category::Film, &self.film, &mut self.diagnostics);
+            schema::check(Category::Film, &self.film, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn sampler(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Sampler", span) {
             self.sampler = self.entity(span, kind, parameters, None);
-            schema::check(Category::Sampler, &self.sampler, &mut self.diagnostics);
+            schema::check(Category::Sampler, &self.sampler, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn integrator(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Integrator", span) {
             self.integrator = self.entity(span, kind, parameters, None);
-            schema::check(Category::Integrator, &self.integrator, &mut self.diagnostics);
+            schema::check(Category::Integrator, &self.integrator, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn accelerator(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Accelerator", span) {
             self.accelerator = self.entity(span, kind, parameters, None);
-            schema::check(Category::Accelerator, &self.accelerator, &mut self.diagnostics);
+            schema::check(Category::Accelerator, &self.accelerator, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn pixel_filter(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("PixelFilter", span) {
             self.pixel_filter = self.entity(span, kind, parameters, None);
-            schema::check(Category::PixelFilter, &self.pixel_filter, &mut self.diagnostics);
+            schema::check(Category::PixelFilter, &self.pixel_filter, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn world_begin(&mut self, span: Span) {
-        if !self.require_options("WorldBegin", span) {
+        if let Some(world) = self.world {
+            let diagnostic = Diagnostic::error(span, "`WorldBegin` is given twice");
+            self.diagnostics.push(diagnostic.with_note(world, "first given here"));
             return;
         }
         self.world = Some(span);
@@ -481,7 +489,9 @@ impl<'a> Builder<'a> {
         let nameless = ("".into(), name_span);
         let mut entity = self.entity(span, nameless, parameters, Some(AttributeTarget::Material));
         self.kind_from_type(&mut entity, "material");
-        self.check_material(&mut entity);
+        if entity.parameters.contains("type") {
+            self.check_material(&mut entity);
+        }
         if let Some(first) = self.material_names.get(&name) {
             let first = self.materials[*first].entity.span;
             let message = format!("material `{name}` is defined twice");
@@ -500,20 +510,18 @@ impl<'a> Builder<'a> {
                 entity.kind_span = entity.parameters.span("type").unwrap_or(entity.kind_span);
                 entity.kind = kind;
             }
-            None => {
+            None if self.parameters_complete => {
                 let message = format!("this {what} needs a parameter `\"string type\"`");
                 self.diagnostics.error(entity.kind_span, message);
             }
+            None => {}
         }
     }
 
     fn check_material(&mut self, entity: &mut Entity) {
-        let missing_type = entity.kind.is_empty() && !entity.parameters.contains("type");
-        if &*entity.kind == "none" || entity.kind.is_empty() {
-            if entity.kind_span != Span::default() && !missing_type {
-                let message = format!("material `{}` is called `interface` in pbrt-v4", entity.kind);
-                self.diagnostics.warning(entity.kind_span, message);
-            }
+        if matches!(&*entity.kind, "none" | "") {
+            let message = format!("material `{}` is called `interface` in pbrt-v4", entity.kind);
+            self.diagnostics.warning(entity.kind_span, message);
             entity.kind = "interface".into();
         }
         self.check(Category::Material, entity, None);

@@ -371,7 +371,7 @@ impl<'a> Parser<'a> {
     /// `None`: the directive's end was not found.
     fn known_directive(&mut self, word: &[u8], span: Span) -> Option<()> {
         match word {
-            b"AttributeBegin" => self.builder.attribute_begin(span),
+            b"AttributeBegin" => self.builder.attribute_begin("AttributeBegin", span),
             b"AttributeEnd" => self.builder.attribute_end(span),
             b"TransformBegin" | b"TransformEnd" => self.transform_begin_end(word, span),
             b"WorldBegin" => self.builder.world_begin(span),
@@ -490,7 +490,11 @@ impl<'a> Parser<'a> {
             let help = "write `AttributeBegin` and `AttributeEnd`, which is what they mean in pbrt-v4";
             self.error(Diagnostic::warning(span, message).with_help(help));
         }
-        if word == b"TransformBegin" { self.builder.attribute_begin(span) } else { self.builder.attribute_end(span) }
+        if word == b"TransformBegin" {
+            self.builder.attribute_begin("TransformBegin", span);
+        } else {
+            self.builder.attribute_end(span);
+        }
     }
 
     /// `Option "name" value` (or `"type name" value`).
@@ -522,18 +526,9 @@ impl<'a> Parser<'a> {
         }
         let path = resolve(&self.builder.directory, name);
         let canonical = path.canonicalize().ok();
-        let open = self.frames.iter().position(|f| f.path.is_some() && f.path == canonical);
-        if let Some(position) = open {
-            let opened = self.frames[position].lexer.file;
-            let mut diagnostic = Diagnostic::error(name_span, format!("`{}` includes itself", shorten(name)));
-            let steps = self.frames[position + 1..]
-                .iter()
-                .filter_map(|f| self.builder.sources.file(f.lexer.file).and_then(|file| file.included_from));
-            for step in steps.collect::<Vec<_>>() {
-                diagnostic = diagnostic.with_note(step, "through this");
-            }
-            diagnostic = diagnostic.with_note(Span::new(opened, 0, 0), "this file is still being read");
-            self.error(diagnostic);
+        if self.frames.iter().any(|frame| frame.path.is_some() && frame.path == canonical) {
+            // The chain of includes that is shown with every diagnostic says how.
+            self.error(Diagnostic::error(name_span, format!("`{}` includes itself", shorten(name))));
             return;
         }
         if self.frames.len() >= limits.include_depth {
