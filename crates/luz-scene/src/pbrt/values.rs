@@ -1,11 +1,12 @@
 //! Parameter lists: `"type name" value` or `"type name" [ values ]`.
 
+use super::directives::is_directive;
 use super::legacy;
 use super::lexer::{Lexer, Token, TokenKind, skip_blank};
 use super::number::{NumberFault, parse_f32, parse_i32};
-use super::parser::{Parser, is_directive, shorten};
+use super::parser::{Parser, shorten};
 use crate::diagnostic::{Diagnostic, did_you_mean};
-use crate::parameters::{Parameter, ParameterType, Values};
+use crate::parameter::{Parameter, ParameterType, Values};
 use crate::source::Span;
 use crate::spectrum::SpectrumParameter;
 use std::sync::Arc;

@@ -8,7 +8,7 @@ pub use spectra::NAMED_SPECTRA;
 
 use crate::description::{Entity, TextureType};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
-use crate::parameters::{Parameter, ParameterType};
+use crate::parameter::{Parameter, ParameterType};
 
 /// A class of entities, by what makes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
