@@ -13,8 +13,7 @@ pub use crate::spectrum::Blackbody;
 /// Below 4000 K, where daylight isn't defined, this is a black body with a peak of one. Source: CIE 015:2018, eqs. 4.1–4.8.
 pub fn daylight(temperature: f32) -> Spectrum {
     let cct = f64::from(temperature) * 1.4388 / 1.4380;
-    // The negation takes NaN along.
-    if !(cct >= 4000.0) {
+    if cct.is_nan() || cct < 4000.0 {
         return Spectrum::blackbody(cct as f32);
     }
     let [x, y] = daylight_chromaticity(cct);

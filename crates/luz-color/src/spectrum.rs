@@ -386,9 +386,147 @@ pub(crate) fn planck(lambda: f64, temperature: f64) -> f64 {
     const C: f64 = 299_792_458.0;
     const H: f64 = 6.62606957e-34;
     const K: f64 = 1.3806488e-23;
-    if !(temperature > 0.0) {
+    if temperature.is_nan() || temperature <= 0.0 {
         return 0.0;
     }
     let l = lambda * 1e-9;
     2.0 * H * C * C / (l.powi(5) * (H * C / (l * K * temperature)).exp_m1())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LANES, illuminant, named_spectrum, spectrum_to_photometric, spectrum_to_xyz};
+
+    #[test]
+    fn plancks_law_has_its_published_values() {
+        // W·m⁻²·sr⁻¹·m⁻¹ at (nm, K).
+        for (lambda, temperature, expected) in [
+            (483.0, 6000.0, 3.1849e13),
+            (600.0, 6000.0, 2.86772e13),
+            (500.0, 3700.0, 1.59845e12),
+            (600.0, 4500.0, 7.46497e12),
+        ] {
+            let value = planck(lambda, temperature);
+            assert!((value / expected - 1.0).abs() < 1e-3, "{lambda} {temperature}: {value}");
+        }
+    }
+
+    #[test]
+    fn black_bodies_peak_at_one_where_wien_says() {
+        for temperature in [2700.0, 3000.0, 4500.0, 5600.0, 6000.0] {
+            let body = Blackbody::new(temperature);
+            let peak = wien_peak(temperature) as f32;
+            assert!((body.value(peak) - 1.0).abs() < 1e-6);
+            assert!(body.value(0.99 * peak) < 1.0 && body.value(1.01 * peak) < 1.0);
+        }
+        for temperature in [0.0, -5.0, f32::NAN] {
+            let body = Spectrum::blackbody(temperature);
+            assert_eq!((body.value(500.0), body.max_value()), (0.0, 0.0));
+        }
+        assert_eq!(Spectrum::blackbody(5000.0).scaled(3.0).max_value(), 3.0);
+    }
+
+    #[test]
+    fn black_body_at_illuminant_a_has_its_chromaticity() {
+        // CIE A is Planck's law at 2856 K: (x, y) = (0.44757, 0.40745).
+        for spectrum in [Spectrum::blackbody(2856.0), named_spectrum("stdillum-A").unwrap()] {
+            let [x, y] = crate::color_space::chromaticity(spectrum_to_xyz(&spectrum));
+            assert!((x - 0.44757).abs() < 3e-4 && (y - 0.40745).abs() < 3e-4, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn daylight_at_6500_is_d65() {
+        let [a, b] = [illuminant::daylight(6500.0), named_spectrum("stdillum-D65").unwrap()]
+            .map(|s| crate::color_space::chromaticity(spectrum_to_xyz(&s)));
+        assert!((a[0] - b[0]).abs() < 2e-4 && (a[1] - b[1]).abs() < 2e-4, "{a:?} {b:?}");
+        for temperature in [f32::NAN, f32::INFINITY, 0.0, 3000.0, 25_000.0, 1e30] {
+            assert!(illuminant::daylight(temperature).value(560.0).is_finite());
+        }
+    }
+
+    #[test]
+    fn piecewise_linear_interpolates_and_is_zero_outside() {
+        let s = Spectrum::piecewise_linear(&[(400.0, 1.0), (500.0, 3.0), (501.0, 0.0)]).unwrap();
+        for (lambda, value) in
+            [(399.9, 0.0), (400.0, 1.0), (450.0, 2.0), (500.0, 3.0), (500.5, 1.5), (501.0, 0.0), (600.0, 0.0)]
+        {
+            assert!((s.value(lambda) - value).abs() < 1e-6, "{lambda}");
+        }
+        assert_eq!(s.max_value(), 3.0);
+        let single = Spectrum::piecewise_linear(&[(550.0, 2.0)]).unwrap();
+        assert_eq!((single.value(550.0), single.value(550.1)), (2.0, 0.0));
+        let extended = PiecewiseLinearSpectrum::extended(&[(400.0, 1.0), (500.0, 3.0)]).unwrap();
+        assert_eq!((extended.value(360.0), extended.value(830.0), extended.value(300.0)), (1.0, 3.0, 0.0));
+    }
+
+    #[test]
+    fn bad_points_are_named() {
+        let error = |points: &[(f32, f32)]| Spectrum::piecewise_linear(points).unwrap_err().to_string();
+        assert_eq!(error(&[]), "a spectrum needs at least one pair of wavelength and value");
+        assert_eq!(error(&[(400.0, f32::NAN)]), "pair 1 of the spectrum has a number that isn't finite");
+        assert_eq!(
+            error(&[(400.0, 1.0), (400.0, 2.0)]),
+            "wavelengths of a spectrum must rise, but pair 2 is at 400 nm after 400 nm"
+        );
+    }
+
+    #[test]
+    fn sampling_agrees_with_values_for_every_kind() {
+        let space = RgbColorSpace::srgb();
+        let spectra = [
+            Spectrum::Constant(0.7),
+            Spectrum::Dense(Arc::new(named_spectrum("stdillum-F4").unwrap().to_dense())),
+            named_spectrum("metal-Cu-k").unwrap(),
+            Spectrum::blackbody(4000.0).scaled(2.0),
+            Spectrum::rgb_albedo(space, [0.2, 0.7, 0.1]),
+            Spectrum::rgb_unbounded(space, [4.0, 0.1, 2.0]),
+            Spectrum::rgb_illuminant(space, [17.0, 12.0, 4.0]),
+        ];
+        for spectrum in spectra {
+            let doubled = spectrum.scaled(2.0);
+            for i in 0..64 {
+                let w = Wavelengths::sample_visible((i as f32 + 0.5) / 64.0);
+                let (once, twice) = (spectrum.sample(&w), doubled.sample(&w));
+                for lane in 0..LANES {
+                    let value = spectrum.value(w.lambda[lane]);
+                    assert!((once[lane] - value).abs() <= 1e-6 * value.abs());
+                    assert!((twice[lane] - 2.0 * value).abs() <= 1e-5 * value.abs());
+                    assert!(value <= spectrum.max_value() * (1.0 + 1e-6));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn unbounded_colours_and_lights_keep_their_rgb() {
+        let space = RgbColorSpace::srgb();
+        for rgb in [[17.0, 12.0, 4.0], [0.01, 0.5, 0.02], [3.0, 3.0, 3.0]] {
+            let light = Spectrum::rgb_illuminant(space, rgb);
+            let back = space.from_xyz(spectrum_to_xyz(&light));
+            let unbounded = Spectrum::rgb_unbounded(space, rgb);
+            let product = DenseSpectrum::from_fn(|l| unbounded.value(l) * space.illuminant().value(l));
+            let same = space.from_xyz(spectrum_to_xyz(&Spectrum::Dense(Arc::new(product))));
+            for c in 0..3 {
+                assert!((back[c] - rgb[c]).abs() < 2e-5 * 17.0, "{rgb:?} {back:?}");
+                assert!((same[c] - rgb[c]).abs() < 2e-5 * 17.0, "{rgb:?} {same:?}");
+            }
+            // What the light is divided by doesn't depend on its colour.
+            let photometric = spectrum_to_photometric(&light);
+            assert!((photometric / crate::CIE_Y_INTEGRAL - 1.0).abs() < 1e-6);
+        }
+        assert!(Spectrum::rgb_illuminant(space, [0.0, -1.0, f32::NAN]).is_black());
+    }
+
+    #[test]
+    fn dense_spectra_round_to_whole_nanometres() {
+        let dense = DenseSpectrum::from_fn(|l| l);
+        for (lambda, value) in [(360.0, 360.0), (360.4, 360.0), (559.6, 560.0), (830.0, 830.0), (830.4, 830.0)] {
+            assert_eq!(dense.value(lambda), value);
+        }
+        for outside in [0.0, 359.0, 831.0, 1e4, -5.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(dense.value(outside), 0.0, "{outside}");
+        }
+    }
 }

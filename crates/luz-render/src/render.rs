@@ -168,7 +168,7 @@ impl PassTask<'_> {
         let time_u = samples.next_1d();
         let ray = self.camera.ray(film, lens_u, time_u);
         let differentials =
-            (!self.world.textures().all_constant()).then(|| self.camera.differentials(film, lens_u, time_u));
+            self.world.has_varying_textures().then(|| self.camera.differentials(film, lens_u, time_u));
 
         let mut features = Features::default();
         let to_rgb = |s: SampledSpectrum, w: &Wavelengths| reflectance_rgb(settings, s, w);

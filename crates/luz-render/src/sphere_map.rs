@@ -104,8 +104,8 @@ mod tests {
         let (mut above, mut z_abs) = (0, 0.0f64);
         for i in 0..n {
             for j in 0..n {
-                let d = SphereMap::EqualArea
-                    .direction(Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32));
+                let d =
+                    SphereMap::EqualArea.direction(Vec2::new((i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32));
                 above += i32::from(d.z > 0.5);
                 z_abs += f64::from(d.z.abs());
             }

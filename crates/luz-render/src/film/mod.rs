@@ -45,9 +45,8 @@ impl Features {
     }
 }
 
-const FEATURE_CHANNELS: [&str; FEATURES] = [
-    "Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "Ns.X", "Ns.Y", "Ns.Z", "P.X", "P.Y", "P.Z", "Z",
-];
+const FEATURE_CHANNELS: [&str; FEATURES] =
+    ["Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "Ns.X", "Ns.Y", "Ns.Z", "P.X", "P.Y", "P.Z", "Z"];
 
 /// The sums of one pixel.
 ///
@@ -179,12 +178,7 @@ impl Film {
     /// A black film without samples.
     pub fn new(kind: FilmKind, bounds: PixelBounds) -> Self {
         let features = if kind == FilmKind::GBuffer { bounds.area() } else { 0 };
-        Self {
-            kind,
-            bounds,
-            pixels: vec![Pixel::default(); bounds.area()],
-            features: vec![[0.0; FEATURES]; features],
-        }
+        Self { kind, bounds, pixels: vec![Pixel::default(); bounds.area()], features: vec![[0.0; FEATURES]; features] }
     }
 
     /// What is measured.

@@ -6,12 +6,12 @@
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
 use crate::film::Features;
-use crate::light::{LightSample, emitted_radiance};
+use crate::light::{AreaLight, emitted_radiance};
 use crate::material::Shading;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Ray, SurfacePoint};
+use luz_geometry::{Ray, Reference, SurfacePoint};
 use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
 use std::fmt;
@@ -82,7 +82,7 @@ const MAX_PASSAGES: u32 = 1000;
 
 /// The vertex a path has left last: what multiple importance sampling needs to know of it.
 struct Departure {
-    position: Vec3,
+    reference: Reference,
     /// Density of the direction in solid angle; `None` after the camera and after specular scattering, which light
     /// sampling cannot imitate.
     pdf: Option<f32>,
@@ -105,7 +105,7 @@ impl PathIntegrator {
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
         let mut eta_scale = 1.0;
-        let mut departure = Departure { position: ray.origin, pdf: None };
+        let mut departure = Departure { reference: Reference::point(ray.origin), pdf: None };
         let mut depth = 0;
         let mut passages = 0;
         let mut has_scattered = false;
@@ -144,7 +144,7 @@ impl PathIntegrator {
             depth += 1;
             let light_u = (samples.next_1d(), samples.next_2d());
             let bsdf_u = (samples.next_1d(), samples.next_2d());
-            if self.technique_samples_lights(world) && shading.bsdf.flags().has_non_specular() {
+            if !world.lights().is_empty() && shading.bsdf.flags().has_non_specular() {
                 radiance += throughput
                     * self.direct_light(world, &interaction.surface, &shading, outgoing, light_u, wavelengths, cost);
             }
@@ -158,7 +158,7 @@ impl PathIntegrator {
                 return SampledSpectrum::splat(f32::NAN);
             }
             departure = Departure {
-                position: interaction.surface.position,
+                reference: Reference::surface(interaction.surface.position, shading.frame.n),
                 pdf: departure_pdf(&shading.bsdf, wo, &sample),
             };
             has_scattered |= !sample.flags.is_specular();
@@ -178,10 +178,6 @@ impl PathIntegrator {
             }
         }
         radiance
-    }
-
-    fn technique_samples_lights(&self, world: &World) -> bool {
-        !world.lights().is_empty()
     }
 
     /// The share of a light that was found by following the BSDF, when light sampling would have found it with density
@@ -230,7 +226,7 @@ impl PathIntegrator {
         }
         let weight = self.bsdf_weight(departure, || {
             world.light_selection().probability(number as usize)
-                * light.pdf(world.light_context(), departure.position, ray, &interaction.surface)
+                * AreaLight::pdf(world.light_context(), &departure.reference, &interaction.surface)
         });
         emitted * weight
     }
@@ -249,13 +245,15 @@ impl PathIntegrator {
         let black = SampledSpectrum::ZERO;
         let Some((number, probability)) = world.light_selection().sample(choice) else { return black };
         let light = &world.lights()[number];
-        let Some(arriving) = light.sample(world.light_context(), surface.position, u, wavelengths) else { return black };
+        let reference = Reference::surface(surface.position, shading.frame.n);
+        let Some(arriving) = light.sample(world.light_context(), &reference, u, wavelengths) else { return black };
         if self.technique == Technique::Bsdf && !arriving.is_delta {
             return black;
         }
         let wo = shading.frame.to_local(outgoing);
         let wi = shading.frame.to_local(arriving.direction);
-        let f = shading.bsdf.f(wo, wi, TransportMode::Radiance) * wi.z.abs();
+        let (f, bsdf_pdf) = shading.bsdf.evaluate(wo, wi, TransportMode::Radiance);
+        let f = f * wi.z.abs();
         if f.is_black() {
             return black;
         }
@@ -264,15 +262,12 @@ impl PathIntegrator {
             return black;
         }
         let pdf = probability * arriving.pdf;
-        let weight = self.light_weight(&shading.bsdf, wo, wi, &arriving, pdf);
+        let weight = if arriving.is_delta || self.technique == Technique::Light {
+            1.0
+        } else {
+            self.heuristic.weight2(1.0, pdf, 1.0, bsdf_pdf)
+        };
         f * arriving.radiance * (weight / pdf)
-    }
-
-    fn light_weight(&self, bsdf: &Bsdf, wo: Vec3, wi: Vec3, arriving: &LightSample, pdf: f32) -> f32 {
-        if arriving.is_delta || self.technique == Technique::Light {
-            return 1.0;
-        }
-        self.heuristic.weight2(1.0, pdf, 1.0, bsdf.pdf(wo, wi, TransportMode::Radiance))
     }
 }
 

@@ -4,7 +4,7 @@ use super::{LightContext, LightSample, ScaledSpectrum, Target};
 use crate::texture::{Pyramid, SpectrumImage};
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Ray, SurfacePoint};
+use luz_geometry::{Reference, ShapeId, SurfacePoint};
 use std::f64::consts::PI;
 
 /// What an emitting surface radiates, shared by all its primitives.
@@ -66,12 +66,12 @@ impl AreaLight {
     pub fn sample(
         &self,
         context: LightContext<'_>,
-        reference: Vec3,
+        reference: &Reference,
         u: Vec2,
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
-        let point = context.accelerator.sample_solid_angle(reference, self.shape, self.primitive, u)?;
-        let direction = (point.position - reference).normalize();
+        let point = context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
+        let direction = (point.position - reference.position).normalize();
         if point.pdf <= 0.0 || !direction.is_finite() {
             return None;
         }
@@ -86,15 +86,16 @@ impl AreaLight {
         })
     }
 
-    /// The density in solid angle with which [`sample`](Self::sample) draws from `ray.origin` the point that `ray` hit.
+    /// The density in solid angle with which [`sample`](Self::sample) draws from `reference` a point of the light that
+    /// a ray has hit.
     #[inline]
-    pub fn pdf(&self, context: LightContext<'_>, reference: Vec3, ray: &Ray, hit: &SurfacePoint) -> f32 {
-        context.accelerator.pdf_solid_angle(reference, self.shape, self.primitive, ray.direction, hit)
+    pub fn pdf(context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
+        context.accelerator.pdf_solid_angle(reference, hit)
     }
 
     /// π A L, both sides counted.
     pub fn power(&self, context: LightContext<'_>) -> f64 {
-        let area = f64::from(context.accelerator.primitive_area(self.shape, self.primitive));
+        let area = f64::from(context.accelerator.shape_area(ShapeId(self.shape), self.primitive));
         PI * area * f64::from(self.scale) * context.emissions[self.emission as usize].weight()
     }
 }

@@ -4,7 +4,7 @@ use super::{LightSample, ScaledSpectrum, Target};
 use crate::sphere_map::SphereMap;
 use crate::texture::SpectrumKind;
 use glam::{Vec2, Vec3};
-use luz_color::{RgbColorSpace, SampledSpectrum, Wavelengths};
+use luz_color::{RgbColorSpace, SampledSpectrum, Spectrum, Wavelengths};
 use luz_geometry::Transform;
 use luz_sample::distribution::{DistributionError, PiecewiseConstant2D};
 use luz_sample::warp;
@@ -82,7 +82,7 @@ impl ImageInfiniteLight {
             weights.extend(row.iter().map(|rgb| (rgb[0] + rgb[1] + rgb[2]) / 3.0 * solid_angle));
         }
         let mean_weight = weights.iter().map(|&w| f64::from(w)).sum::<f64>() / f64::from(2.0 * TAU);
-        let distribution = PiecewiseConstant2D::new(&weights, width, height)?;
+        let distribution = PiecewiseConstant2D::new(&weights, size)?;
         Ok(Self { map, size, texels, color_space, scale, world_from_light, distribution, mean_weight })
     }
 
@@ -117,7 +117,7 @@ impl ImageInfiniteLight {
     pub fn power(&self, scene_radius: f32) -> f64 {
         let radiance = self.mean_weight
             * f64::from(self.scale)
-            * f64::from(luz_color::spectrum_to_xyz(self.color_space.illuminant())[1]);
+            * f64::from(luz_color::spectrum_to_y(&Spectrum::Dense(self.color_space.illuminant().clone())));
         f64::from(2.0 * TAU * PI) * f64::from(scene_radius).powi(2) * radiance
     }
 
@@ -158,7 +158,7 @@ impl ImageInfiniteLight {
         let x = ((uv.x * width as f32) as usize).min(width - 1);
         let y = ((uv.y * height as f32) as usize).min(height - 1);
         let rgb = self.texels[y * width + x];
-        self.color_space.sample(SpectrumKind::Illuminant.into(), rgb, wavelengths) * self.scale
+        SpectrumKind::Illuminant.spectrum(self.color_space, rgb, wavelengths) * self.scale
     }
 }
 

@@ -14,7 +14,7 @@ pub use selection::LightSelection;
 
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
-use luz_geometry::{Accelerator, SurfacePoint};
+use luz_geometry::{Accelerator, Reference, SurfacePoint};
 
 /// A spectral distribution with a factor.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ impl ScaledSpectrum {
 
     /// The photometric weight ∫ y(λ) s(λ) dλ, by which lights are chosen.
     pub fn weight(&self) -> f64 {
-        f64::from(luz_color::spectrum_to_xyz(&self.spectrum)[1]) * f64::from(self.scale)
+        f64::from(luz_color::spectrum_to_y(&self.spectrum)) * f64::from(self.scale)
     }
 }
 
@@ -103,14 +103,14 @@ impl Light {
     pub fn sample(
         &self,
         context: LightContext<'_>,
-        reference: Vec3,
+        reference: &Reference,
         u: Vec2,
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
         match self {
             Self::Area(light) => light.sample(context, reference, u, wavelengths),
-            Self::Point(light) => light.sample(reference, wavelengths),
-            Self::Spot(light) => light.sample(reference, wavelengths),
+            Self::Point(light) => light.sample(reference.position, wavelengths),
+            Self::Spot(light) => light.sample(reference.position, wavelengths),
             Self::Distant(light) => Some(light.sample(wavelengths)),
             Self::UniformInfinite(light) => Some(light.sample(u, wavelengths)),
             Self::ImageInfinite(light) => light.sample(u, wavelengths),
@@ -174,5 +174,6 @@ pub fn emitted_radiance(
     outgoing: Vec3,
     wavelengths: &Wavelengths,
 ) -> SampledSpectrum {
-    emissions[light.emission as usize].radiance(surface.geometric_normal, surface.uv, outgoing, wavelengths) * light.scale
+    emissions[light.emission as usize].radiance(surface.geometric_normal, surface.uv, outgoing, wavelengths)
+        * light.scale
 }

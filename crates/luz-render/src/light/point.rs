@@ -44,7 +44,9 @@ pub struct SpotLight {
 impl SpotLight {
     /// The light that arrives at `reference`.
     pub fn sample(&self, reference: Vec3, wavelengths: &Wavelengths) -> Option<LightSample> {
-        from_point(self.position, &self.intensity, reference, wavelengths, |to_light| self.falloff(-self.axis.dot(to_light)))
+        from_point(self.position, &self.intensity, reference, wavelengths, |to_light| {
+            self.falloff(-self.axis.dot(to_light))
+        })
     }
 
     /// The share of the axial intensity at an angle to the axis: a smooth step between the two cosines.

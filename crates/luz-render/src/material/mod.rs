@@ -102,7 +102,7 @@ impl Metal {
 }
 
 /// The clear coat of a coated material.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Coat {
     /// Its outer face.
     pub roughness: Roughness,
@@ -141,7 +141,7 @@ impl Coat {
 }
 
 /// How a surface scatters, over the whole surface.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Scattering {
     /// Lambertian reflection.
     Diffuse {
@@ -204,7 +204,7 @@ pub enum Scattering {
 }
 
 /// A material.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Material {
     /// How it scatters.
     pub scattering: Scattering,
@@ -214,12 +214,7 @@ pub struct Material {
 
 impl Material {
     /// The material that a mix stands for at a point; `None` for any other.
-    pub(crate) fn choose(
-        &self,
-        textures: &Textures,
-        context: &SurfaceContext,
-        outgoing: Vec3,
-    ) -> Option<MaterialId> {
+    pub(crate) fn choose(&self, textures: &Textures, context: &SurfaceContext, outgoing: Vec3) -> Option<MaterialId> {
         let Scattering::Mix { materials, amount } = &self.scattering else { return None };
         let amount = textures.float(*amount, context);
         // The choice is a pure function of the point and the direction, so that a path can be traced again.

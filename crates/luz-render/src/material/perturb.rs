@@ -62,8 +62,5 @@ fn displaced(
     let slope_u = (moved(surface.shading_dpdu * du, Vec2::new(du, 0.0)) - here) / du;
     let slope_v = (moved(surface.shading_dpdv * dv, Vec2::new(0.0, dv)) - here) / dv;
     let n = surface.shading_normal;
-    (
-        surface.shading_dpdu + n * slope_u + surface.dndu * here,
-        surface.shading_dpdv + n * slope_v + surface.dndv * here,
-    )
+    (surface.shading_dpdu + n * slope_u + surface.dndu * here, surface.shading_dpdv + n * slope_v + surface.dndv * here)
 }

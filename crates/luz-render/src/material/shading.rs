@@ -35,10 +35,10 @@ impl<'w> Shading<'w> {
     ) -> Option<Self> {
         let surface = &interaction.surface;
         let mut material = world.material(interaction.material);
-        let context = if world.textures().all_constant() {
-            SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() }
-        } else {
+        let context = if world.has_varying_textures() {
             context(camera, surface, differentials)
+        } else {
+            SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() }
         };
         // A chain of mixes is as long as the scene file made it, and has no circles.
         while let Some(chosen) = material.choose(world.textures(), &context, outgoing) {

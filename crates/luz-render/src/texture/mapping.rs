@@ -61,10 +61,15 @@ impl Mapping {
                     dy: project(texture_from_world.vector(context.dp_dy)),
                 }
             }
-            Self::Spherical(texture_from_world) => by_longitude(texture_from_world, context, |p| {
-                let theta = p.truncate().length().atan2(p.z);
-                Vec2::new(theta / PI, longitude(p))
-            }, 1),
+            Self::Spherical(texture_from_world) => by_longitude(
+                texture_from_world,
+                context,
+                |p| {
+                    let theta = p.truncate().length().atan2(p.z);
+                    Vec2::new(theta / PI, longitude(p))
+                },
+                1,
+            ),
             Self::Cylindrical(texture_from_world) => {
                 by_longitude(texture_from_world, context, |p| Vec2::new(longitude(p), p.z), 0)
             }
@@ -79,7 +84,12 @@ fn longitude(p: Vec3) -> f32 {
 }
 
 /// Maps by differences over one pixel; `periodic` is the coordinate that wraps around.
-fn by_longitude(transform: &Transform, context: &SurfaceContext, map: impl Fn(Vec3) -> Vec2, periodic: usize) -> Coordinates {
+fn by_longitude(
+    transform: &Transform,
+    context: &SurfaceContext,
+    map: impl Fn(Vec3) -> Vec2,
+    periodic: usize,
+) -> Coordinates {
     let at = |p: Vec3| map(transform.point(p));
     let st = at(context.position);
     let difference = |dp: Vec3| {

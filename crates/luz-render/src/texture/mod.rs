@@ -39,6 +39,23 @@ pub enum SpectrumKind {
     Illuminant,
 }
 
+impl SpectrumKind {
+    /// The spectrum that an RGB value stands for, no component of which is negative.
+    pub fn spectrum(self, space: &RgbColorSpace, rgb: [f32; 3], wavelengths: &Wavelengths) -> SampledSpectrum {
+        let sigmoid = |rgb: [f32; 3]| space.sigmoid_table().lookup(rgb).sample(wavelengths);
+        if self == Self::Albedo {
+            return sigmoid(rgb.map(|v| v.clamp(0.0, 1.0)));
+        }
+        // Bright colours are a factor times one within the table, half way up so that the curve stays smooth.
+        let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
+        if scale <= 0.0 {
+            return SampledSpectrum::ZERO;
+        }
+        let shape = sigmoid(rgb.map(|v| v / scale)) * scale;
+        if self == Self::Illuminant { shape * space.illuminant().sample(wavelengths) } else { shape }
+    }
+}
+
 /// An image of colours, as several textures may share it.
 #[derive(Clone, Debug)]
 pub struct SpectrumImage {
@@ -192,9 +209,11 @@ impl Textures {
                 let factor = self.float(*b, context);
                 if factor == 0.0 { 0.0 } else { self.float(*a, context) * factor }
             }
-            FloatTexture::Mix { textures, amount } => {
-                blend(self.float(*amount, context), |i| self.float(textures[i], context), |a, b, t| a * (1.0 - t) + b * t)
-            }
+            FloatTexture::Mix { textures, amount } => blend(
+                self.float(*amount, context),
+                |i| self.float(textures[i], context),
+                |a, b, t| a * (1.0 - t) + b * t,
+            ),
             FloatTexture::Checkerboard { board, textures } => {
                 blend(board.share(context), |i| self.float(textures[i], context), |a, b, t| a * (1.0 - t) + b * t)
             }
@@ -203,7 +222,12 @@ impl Textures {
 
     /// Evaluates a spectrum texture at a path's wavelengths.
     #[inline]
-    pub fn spectrum(&self, id: SpectrumTextureId, context: &SurfaceContext, wavelengths: &Wavelengths) -> SampledSpectrum {
+    pub fn spectrum(
+        &self,
+        id: SpectrumTextureId,
+        context: &SurfaceContext,
+        wavelengths: &Wavelengths,
+    ) -> SampledSpectrum {
         match self.spectrum_texture(id) {
             SpectrumTexture::Constant(spectrum) => spectrum.sample(wavelengths),
             texture => self.varying_spectrum(texture, context, wavelengths),
@@ -238,11 +262,9 @@ impl Textures {
                 |i| self.spectrum(textures[i], context, wavelengths),
                 SampledSpectrum::lerp,
             ),
-            SpectrumTexture::Checkerboard { board, textures } => blend(
-                board.share(context),
-                |i| self.spectrum(textures[i], context, wavelengths),
-                SampledSpectrum::lerp,
-            ),
+            SpectrumTexture::Checkerboard { board, textures } => {
+                blend(board.share(context), |i| self.spectrum(textures[i], context, wavelengths), SampledSpectrum::lerp)
+            }
         }
     }
 }
@@ -250,11 +272,7 @@ impl Textures {
 impl SpectrumImage {
     /// The spectrum that an RGB value of this image stands for.
     pub fn spectrum(&self, rgb: [f32; 3], wavelengths: &Wavelengths) -> SampledSpectrum {
-        match self.kind {
-            SpectrumKind::Albedo => self.color_space.sample_albedo(rgb.map(|v| v.clamp(0.0, 1.0)), wavelengths),
-            SpectrumKind::Unbounded => self.color_space.sample_unbounded(rgb, wavelengths),
-            SpectrumKind::Illuminant => self.color_space.sample_illuminant(rgb, wavelengths),
-        }
+        self.kind.spectrum(self.color_space, rgb, wavelengths)
     }
 }
 

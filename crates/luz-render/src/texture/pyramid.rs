@@ -167,6 +167,11 @@ impl<const N: usize> Pyramid<N> {
         self.levels[0].bilinear(st, self.wrap)
     }
 
+    /// The texel of the unfiltered image that contains `st`.
+    pub fn nearest(&self, st: Vec2) -> [f32; N] {
+        self.levels[0].nearest(st, self.wrap)
+    }
+
     /// The mean over the whole image.
     pub fn mean(&self) -> [f32; N] {
         self.levels[self.levels.len() - 1].texel(IVec2::ZERO, Wrap::Clamp)
@@ -212,9 +217,8 @@ mod tests {
     #[test]
     fn borders_do_as_they_are_told() {
         let image = ramp(4, 4);
-        let value = |wrap, x: f32| {
-            Pyramid::new(&image, [0], wrap, TexelFilter::Point).lookup(&at(Vec2::new(x, 0.5), 0.0))[0]
-        };
+        let value =
+            |wrap, x: f32| Pyramid::new(&image, [0], wrap, TexelFilter::Point).lookup(&at(Vec2::new(x, 0.5), 0.0))[0];
         assert_eq!([value(Wrap::Repeat, 1.1), value(Wrap::Black, 1.1), value(Wrap::Clamp, 1.1)], [0.5, 0.0, 3.5]);
     }
 }

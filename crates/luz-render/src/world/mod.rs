@@ -42,6 +42,7 @@ pub struct World {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     pub(crate) has_passages: bool,
+    pub(crate) has_varying_textures: bool,
     pub(crate) statistics: WorldStatistics,
 }
 
@@ -75,6 +76,11 @@ impl World {
     /// The textures.
     pub fn textures(&self) -> &Textures {
         &self.textures
+    }
+
+    /// True if some texture varies over a surface, so that lookups need a footprint.
+    pub fn has_varying_textures(&self) -> bool {
+        self.has_varying_textures
     }
 
     /// A material.
@@ -171,6 +177,7 @@ impl World {
 /// A number in `[0, 1)` that depends on a ray's origin and direction.
 fn hash_of_ray(ray: &Ray) -> f32 {
     let key = |v: Vec3| u64::from(v.x.to_bits()) | (u64::from(v.y.to_bits()) << 32);
-    let bits = random::hash(key(ray.origin), key(ray.direction), u64::from(ray.origin.z.to_bits()), ray.direction.z.to_bits());
+    let bits =
+        random::hash(key(ray.origin), key(ray.direction), u64::from(ray.origin.z.to_bits()), ray.direction.z.to_bits());
     (bits >> 40) as f32 / (1u64 << 24) as f32
 }

@@ -27,8 +27,8 @@ pub struct WorldStatistics {
     pub lights: BTreeMap<String, u64>,
     /// Primitives that cannot be hit: without area, or with vertices that are not finite.
     pub degenerate_primitives: u64,
-    /// Bytes of shapes and their hierarchy.
-    pub geometry_bytes: u64,
+    /// Bytes of the bounding volume hierarchies.
+    pub hierarchy_bytes: u64,
     /// Bytes of texture images.
     pub texture_bytes: u64,
     /// Seconds that the hierarchy took to build.

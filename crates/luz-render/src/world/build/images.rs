@@ -122,6 +122,7 @@ pub(super) fn image_color_space(image: &Image) -> &'static RgbColorSpace {
     image
         .metadata()
         .chromaticities
+        .as_ref()
         .and_then(|c| RgbColorSpace::from_chromaticities(c.primaries, c.white))
         .unwrap_or_else(RgbColorSpace::srgb)
 }

@@ -143,8 +143,13 @@ fn infinite(
         SphereMap::LatitudeLongitude
     } else {
         context.diagnostics.push(
-            Diagnostic::error(span, format!("an environment map of {width}×{height} pixels is neither kind that is known"))
-                .with_help("square images are equal-area octahedral maps, images twice as wide as high latitude–longitude maps"),
+            Diagnostic::error(
+                span,
+                format!("an environment map of {width}×{height} pixels is neither kind that is known"),
+            )
+            .with_help(
+                "square images are equal-area octahedral maps, images twice as wide as high latitude–longitude maps",
+            ),
         );
         return None;
     };
@@ -217,7 +222,9 @@ pub(super) fn area_emission(context: &mut Context<'_>, images: &mut Images, enti
     let parameters = &entity.parameters;
     let scale = parameters.one_float("scale", 1.0, context.diagnostics);
     if scale < 0.0 {
-        context.diagnostics.error(parameters.span("scale"), format!("the scale of a light must not be negative: {scale}"));
+        context
+            .diagnostics
+            .error(parameters.span("scale"), format!("the scale of a light must not be negative: {scale}"));
     }
     let two_sided = parameters.one_bool("twosided", false, context.diagnostics);
     let Some(name) = parameters.string("filename", context.diagnostics) else {

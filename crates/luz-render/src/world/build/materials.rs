@@ -97,8 +97,11 @@ fn perturbation(context: &mut Context<'_>, textures: &mut TextureBuilder, entity
     match (displacement, normal_map) {
         (Some(_), Some(_)) => {
             context.diagnostics.push(
-                Diagnostic::error(entity.parameters.span("normalmap"), "both a displacement and a normal map are given")
-                    .with_help("a material takes one of them"),
+                Diagnostic::error(
+                    entity.parameters.span("normalmap"),
+                    "both a displacement and a normal map are given",
+                )
+                .with_help("a material takes one of them"),
             );
             None
         }
@@ -110,9 +113,7 @@ fn perturbation(context: &mut Context<'_>, textures: &mut TextureBuilder, entity
 
 fn roughness(context: &mut Context<'_>, textures: &mut TextureBuilder, entity: &Entity, prefix: &str) -> Roughness {
     let both = textures.float(context, entity, &format!("{prefix}roughness"), 0.0);
-    let mut along = |name: &str| {
-        textures.optional_float(context, entity, &format!("{prefix}{name}")).unwrap_or(both)
-    };
+    let mut along = |name: &str| textures.optional_float(context, entity, &format!("{prefix}{name}")).unwrap_or(both);
     let along = [along("uroughness"), along("vroughness")];
     Roughness { along, remap: entity.parameters.one_bool("remaproughness", true, context.diagnostics) }
 }
@@ -171,7 +172,8 @@ fn coat(
 ) -> Coat {
     let roughness = roughness(context, textures, entity, prefix);
     let refraction = refraction(context, entity, eta_name);
-    let thickness = textures.float(context, entity, if prefix.is_empty() { "thickness" } else { "interface.thickness" }, 0.01);
+    let thickness =
+        textures.float(context, entity, if prefix.is_empty() { "thickness" } else { "interface.thickness" }, 0.01);
     let black = || Spectrum::Constant(0.0);
     let albedo = textures.spectrum(context, entity, "albedo", SpectrumKind::Albedo, black);
     let g = textures.float(context, entity, "g", 0.0);

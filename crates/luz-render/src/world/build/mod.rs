@@ -15,7 +15,8 @@ use crate::material::{Material, MaterialId, Scattering};
 use crate::settings::{Overrides, Settings};
 use glam::Mat4;
 use luz_geometry::{
-    Accelerator, AcceleratorBuilder, AnimatedTransform, GroupId, InstanceTransform, Shape, SimdLevel, Transform,
+    Accelerator, AcceleratorBuilder, AnimatedTransform, GroupId, InstanceTransform, Shape, ShapeId, SimdLevel,
+    Transform,
 };
 use luz_scene::{Description, Diagnostic, Diagnostics, Entity, ShapeEntity, Span, TransformSet};
 use std::collections::HashMap;
@@ -89,6 +90,8 @@ struct Builder {
     materials: Vec<Material>,
     accelerator: AcceleratorBuilder,
     shapes: Vec<ShapeInfo>,
+    /// Where each shape stands in the scene's text.
+    places: Vec<Span>,
     emissions: Vec<Emission>,
     emission_of: HashMap<usize, Option<u32>>,
     emitters: Vec<Emitter>,
@@ -98,11 +101,14 @@ struct Builder {
 
 impl Builder {
     fn new(simd: SimdLevel) -> Self {
+        let mut accelerator = AcceleratorBuilder::new();
+        accelerator.simd(simd);
         Self {
             textures: TextureBuilder::default(),
             materials: Vec::new(),
-            accelerator: AcceleratorBuilder::new(simd),
+            accelerator,
             shapes: Vec::new(),
+            places: Vec::new(),
             emissions: Vec::new(),
             emission_of: HashMap::new(),
             emitters: Vec::new(),
@@ -189,6 +195,7 @@ impl Builder {
                 alpha,
                 is_interface,
             });
+            self.places.push(shape.entity.span);
             debug_assert_eq!(id as usize + 1, self.shapes.len());
             if let Some(entity) = shape.area_light {
                 self.add_emitter(context, group, shape, entity, (id, primitives));
@@ -199,10 +206,10 @@ impl Builder {
     fn add_to_accelerator(&mut self, group: Option<GroupId>, shape: Shape, needs_filter: bool) -> u32 {
         let id = match group {
             None => self.accelerator.add_shape(shape),
-            Some(group) => self.accelerator.add_shape_to_group(group, shape),
+            Some(group) => self.accelerator.add_shape_to(group, shape),
         };
         if needs_filter {
-            self.accelerator.set_needs_filter(id);
+            self.accelerator.set_filtered(id, true);
         }
         id.0
     }
@@ -252,19 +259,21 @@ impl Builder {
             return None;
         }
         let start = Instant::now();
-        let accelerator = self.accelerator.build();
+        let accelerator = std::mem::take(&mut self.accelerator).build();
         self.statistics.build_seconds = start.elapsed().as_secs_f64();
         let report = accelerator.report();
-        self.statistics.geometry_bytes = report.total_bytes() as u64;
-        self.statistics.degenerate_primitives = report.skipped_primitives as u64;
-        if report.skipped_primitives > 0 {
+        self.statistics.hierarchy_bytes = report.bytes as u64;
+        for &(shape, count) in &report.skipped {
+            self.statistics.degenerate_primitives += count as u64;
             context.diagnostics.warning(
-                None,
+                self.places[shape.0 as usize],
                 format!(
-                    "{} primitives cannot be hit: they have no area, or vertices that are not finite",
-                    report.skipped_primitives
+                    "{count} primitives of this shape cannot be hit: they have no area, or vertices that are not finite"
                 ),
             );
+        }
+        if report.overflow > 0 {
+            context.diagnostics.error(None, format!("the scene has {} primitives too many", report.overflow));
         }
         for emitter in &self.emitters {
             let first = self.lights.len() as u32;
@@ -272,7 +281,7 @@ impl Builder {
             let entity = &context.description.area_lights[emitter.entity];
             let emission = &self.emissions[emitter.emission as usize];
             for primitive in 0..emitter.primitives {
-                let area = accelerator.primitive_area(emitter.shape, primitive);
+                let area = accelerator.shape_area(ShapeId(emitter.shape), primitive);
                 let scale = lights::power_factor(context, entity, emission, area);
                 self.lights.push(Light::Area(AreaLight {
                     shape: emitter.shape,
@@ -290,12 +299,7 @@ impl Builder {
     }
 
     fn into_world(self, context: &mut Context<'_>, accelerator: Accelerator) -> Option<World> {
-        let bounds = accelerator.bounds();
-        let (center, radius) = if bounds.is_empty() {
-            (glam::Vec3::ZERO, 1.0)
-        } else {
-            (bounds.center(), (0.5 * bounds.diagonal().length()).max(f32::MIN_POSITIVE))
-        };
+        let (center, radius) = accelerator.bounding_sphere();
         let light_context = LightContext { accelerator: &accelerator, emissions: &self.emissions };
         let powers: Vec<f64> = self.lights.iter().map(|light| light.power(light_context, radius)).collect();
         if powers.iter().all(|p| *p == 0.0) {
@@ -315,6 +319,7 @@ impl Builder {
         Some(World {
             infinite_lights: infinite.collect(),
             has_passages: self.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface),
+            has_varying_textures: !self.textures.textures.all_constant(),
             accelerator,
             shapes: self.shapes,
             materials: self.materials,

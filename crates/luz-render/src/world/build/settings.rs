@@ -33,7 +33,9 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
             let value = film.parameters.one_integer(name, default, context.diagnostics);
             if !(1..=MAX_RESOLUTION as i32).contains(&value) {
                 let span = film.parameters.span(name);
-                context.diagnostics.error(span, format!("`{name}` must lie within 1 and {MAX_RESOLUTION}, not {value}"));
+                context
+                    .diagnostics
+                    .error(span, format!("`{name}` must lie within 1 and {MAX_RESOLUTION}, not {value}"));
             }
             value.clamp(1, MAX_RESOLUTION as i32) as u32
         })
@@ -68,7 +70,12 @@ fn pixel_bounds(
 ) -> PixelBounds {
     let from_fractions = |[x0, x1, y0, y1]: [f32; 4]| {
         let at = |fraction: f32, size: u32| (fraction.clamp(0.0, 1.0) * size as f32).ceil() as u32;
-        PixelBounds { x0: at(x0.min(x1), width), x1: at(x0.max(x1), width), y0: at(y0.min(y1), height), y1: at(y0.max(y1), height) }
+        PixelBounds {
+            x0: at(x0.min(x1), width),
+            x1: at(x0.max(x1), width),
+            y0: at(y0.min(y1), height),
+            y1: at(y0.max(y1), height),
+        }
     };
     let from_pixels = |[x0, x1, y0, y1]: [u32; 4]| PixelBounds {
         x0: x0.min(width),
@@ -110,7 +117,8 @@ fn sensor(context: &mut Context<'_>, film: &Entity) -> (Sensor, ScaledSpectrum) 
     let parameters = &film.parameters;
     let space = spectra::color_space(film.color_space);
     let diagnostics = &mut *context.diagnostics;
-    let exposure = camera.one_float("shutterclose", 1.0, diagnostics) - camera.one_float("shutteropen", 0.0, diagnostics);
+    let exposure =
+        camera.one_float("shutterclose", 1.0, diagnostics) - camera.one_float("shutteropen", 0.0, diagnostics);
     if !(exposure > 0.0) {
         diagnostics.error(camera.span("shutterclose"), "the shutter closes before it opens: nothing would be exposed");
     }
@@ -134,7 +142,8 @@ fn filter(context: &mut Context<'_>, entity: &Entity) -> Filter {
         let value = parameters.one_float(name, default, diagnostics);
         let is_length = !matches!(name, "B" | "C");
         if is_length && !(value > 0.0 && value.is_finite()) {
-            diagnostics.error(parameters.span(name), format!("`{name}` of a pixel filter must be positive, not {value}"));
+            diagnostics
+                .error(parameters.span(name), format!("`{name}` of a pixel filter must be positive, not {value}"));
             return default;
         }
         value
@@ -212,7 +221,8 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
 pub(super) fn camera(context: &mut Context<'_>, description: &Description, resolution: [u32; 2]) -> Camera {
     let entity = &description.camera.entity;
     let parameters = &entity.parameters;
-    let aspect = parameters.one_float("frameaspectratio", resolution[0] as f32 / resolution[1] as f32, context.diagnostics);
+    let aspect =
+        parameters.one_float("frameaspectratio", resolution[0] as f32 / resolution[1] as f32, context.diagnostics);
     let mut window = ScreenWindow::of_aspect(aspect);
     if let Some(list) = parameters.floats("screenwindow", context.diagnostics) {
         match <[f32; 4]>::try_from(list) {
@@ -221,7 +231,9 @@ pub(super) fn camera(context: &mut Context<'_>, description: &Description, resol
             }
             _ => {
                 let span = parameters.span("screenwindow");
-                context.diagnostics.error(span, "`screenwindow` takes four values: x0 x1 y0 y1, with x0 ≠ x1 and y0 ≠ y1");
+                context
+                    .diagnostics
+                    .error(span, "`screenwindow` takes four values: x0 x1 y0 y1, with x0 ≠ x1 and y0 ≠ y1");
             }
         }
     }
@@ -230,10 +242,8 @@ pub(super) fn camera(context: &mut Context<'_>, description: &Description, resol
         radius: parameters.one_float("lensradius", 0.0, diagnostics).max(0.0),
         focal_distance: parameters.one_float("focaldistance", 1e6, diagnostics),
     };
-    let shutter = [
-        parameters.one_float("shutteropen", 0.0, diagnostics),
-        parameters.one_float("shutterclose", 1.0, diagnostics),
-    ];
+    let shutter =
+        [parameters.one_float("shutteropen", 0.0, diagnostics), parameters.one_float("shutterclose", 1.0, diagnostics)];
     let mut field_of_view = 90.0;
     let projection = match &*entity.kind {
         "perspective" => {

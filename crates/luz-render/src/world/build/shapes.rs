@@ -102,7 +102,7 @@ fn triangle_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Tra
         swaps_handedness: false,
     };
     mesh.transform(transform);
-    vec![mesh.into()]
+    vec![Shape::Triangles(mesh)]
 }
 
 fn ply_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform) -> Vec<Shape> {
@@ -133,7 +133,7 @@ fn ply_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transfor
             swaps_handedness: false,
         };
         mesh.transform(transform);
-        made.push(mesh.into());
+        made.push(Shape::Triangles(mesh));
     }
     if !data.quads.is_empty() {
         let first = data.triangles.len();
@@ -148,7 +148,7 @@ fn ply_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transfor
             swaps_handedness: false,
         };
         mesh.transform(transform);
-        made.push(mesh.into());
+        made.push(Shape::Bilinear(mesh));
     }
     made
 }
@@ -177,7 +177,7 @@ fn bilinear_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Tra
         swaps_handedness: false,
     };
     mesh.transform(transform);
-    vec![mesh.into()]
+    vec![Shape::Bilinear(mesh)]
 }
 
 /// More levels than this make more triangles than memory holds, whatever the mesh.
@@ -204,7 +204,7 @@ fn subdivision(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Trans
     let mut mesh = loop_subdivide(levels as u32, &indices, positions);
     mesh.reverse_orientation = shape.reverse_orientation;
     mesh.transform(transform);
-    vec![mesh.into()]
+    vec![Shape::Triangles(mesh)]
 }
 
 fn positive(context: &mut Context<'_>, shape: &ShapeEntity, name: &str, default: f32) -> Option<f32> {
@@ -226,17 +226,14 @@ fn sphere(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform)
     let parameters = &shape.entity.parameters;
     let z_min = parameters.one_float("zmin", -radius, context.diagnostics);
     let z_max = parameters.one_float("zmax", radius, context.diagnostics);
-    vec![
-        Sphere {
-            transform: *transform,
-            reverse_orientation: shape.reverse_orientation,
-            radius,
-            z_min: z_min.min(z_max).clamp(-radius, radius),
-            z_max: z_min.max(z_max).clamp(-radius, radius),
-            phi_max: phi_max(context, shape),
-        }
-        .into(),
-    ]
+    vec![Shape::Sphere(Sphere {
+        transform: *transform,
+        reverse_orientation: shape.reverse_orientation,
+        radius,
+        z_min: z_min.min(z_max).clamp(-radius, radius),
+        z_max: z_min.max(z_max).clamp(-radius, radius),
+        phi_max: phi_max(context, shape),
+    })]
 }
 
 fn disk(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform) -> Vec<Shape> {
@@ -248,17 +245,14 @@ fn disk(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform) -
         context.diagnostics.error(span, format!("the hole of a disk lies within it: {inner_radius} of {radius}"));
         return Vec::new();
     }
-    vec![
-        Disk {
-            transform: *transform,
-            reverse_orientation: shape.reverse_orientation,
-            height: parameters.one_float("height", 0.0, context.diagnostics),
-            radius,
-            inner_radius,
-            phi_max: phi_max(context, shape),
-        }
-        .into(),
-    ]
+    vec![Shape::Disk(Disk {
+        transform: *transform,
+        reverse_orientation: shape.reverse_orientation,
+        height: parameters.one_float("height", 0.0, context.diagnostics),
+        radius,
+        inner_radius,
+        phi_max: phi_max(context, shape),
+    })]
 }
 
 fn cylinder(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform) -> Vec<Shape> {
@@ -268,15 +262,12 @@ fn cylinder(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transfor
         parameters.one_float("zmin", -1.0, context.diagnostics),
         parameters.one_float("zmax", 1.0, context.diagnostics),
     ];
-    vec![
-        Cylinder {
-            transform: *transform,
-            reverse_orientation: shape.reverse_orientation,
-            radius,
-            z_min: ends[0].min(ends[1]),
-            z_max: ends[0].max(ends[1]),
-            phi_max: phi_max(context, shape),
-        }
-        .into(),
-    ]
+    vec![Shape::Cylinder(Cylinder {
+        transform: *transform,
+        reverse_orientation: shape.reverse_orientation,
+        radius,
+        z_min: ends[0].min(ends[1]),
+        z_max: ends[0].max(ends[1]),
+        phi_max: phi_max(context, shape),
+    })]
 }

@@ -4,6 +4,7 @@ use crate::texture::SpectrumKind;
 use luz_color::{PiecewiseLinearSpectrum, RgbColorSpace, Spectrum, named_spectrum, spectrum_names};
 use luz_scene::diagnostic::did_you_mean;
 use luz_scene::{ColorSpace, Diagnostic, Diagnostics, ParameterList, Span, SpectrumParameter};
+use std::sync::Arc;
 
 /// The colour space of that name.
 pub(super) fn color_space(space: ColorSpace) -> &'static RgbColorSpace {
@@ -58,7 +59,7 @@ pub(super) fn spectrum(
         }
         SpectrumParameter::Samples(samples) | SpectrumParameter::File { samples, .. } => {
             match PiecewiseLinearSpectrum::extended(samples) {
-                Ok(spectrum) => Spectrum::from(spectrum),
+                Ok(spectrum) => Spectrum::PiecewiseLinear(Arc::new(spectrum)),
                 Err(error) => {
                     diagnostics.error(span, error.to_string());
                     fallback
@@ -67,10 +68,10 @@ pub(super) fn spectrum(
         }
         SpectrumParameter::Named(name) => named_spectrum(name).unwrap_or_else(|| {
             diagnostics.push(
-                Diagnostic::error(span, format!("no measured spectrum `{name}` is built in"))
-                    .with_help(did_you_mean(name, spectrum_names()).unwrap_or_else(|| {
-                        format!("known are {}", spectrum_names().collect::<Vec<_>>().join(", "))
-                    })),
+                Diagnostic::error(span, format!("no measured spectrum `{name}` is built in")).with_help(
+                    did_you_mean(name, spectrum_names())
+                        .unwrap_or_else(|| format!("known are {}", spectrum_names().collect::<Vec<_>>().join(", "))),
+                ),
             );
             fallback
         }),

@@ -100,9 +100,7 @@ impl TextureBuilder {
         let texture = &description.textures[index];
         let entity = &texture.entity;
         let made = match &*entity.kind {
-            "constant" => {
-                FloatTexture::Constant(entity.parameters.one_float("value", 1.0, context.diagnostics))
-            }
+            "constant" => FloatTexture::Constant(entity.parameters.one_float("value", 1.0, context.diagnostics)),
             "scale" => {
                 let tex = self.float(context, entity, "tex", 1.0);
                 FloatTexture::Scale(tex, self.float(context, entity, "scale", 1.0))
@@ -129,7 +127,12 @@ impl TextureBuilder {
         id
     }
 
-    fn float_image(&mut self, context: &mut Context<'_>, entity: &Entity, to_world: &TransformSet) -> Option<FloatTexture> {
+    fn float_image(
+        &mut self,
+        context: &mut Context<'_>,
+        entity: &Entity,
+        to_world: &TransformSet,
+    ) -> Option<FloatTexture> {
         let image = image_parameters(context, entity)?;
         let mapping = mapping(context, entity, to_world);
         let pyramid =
@@ -268,10 +271,8 @@ fn board(context: &mut Context<'_>, entity: &Entity, to_world: &TransformSet) ->
 fn mapping(context: &mut Context<'_>, entity: &Entity, to_world: &TransformSet) -> Mapping {
     let parameters = &entity.parameters;
     let diagnostics = &mut *context.diagnostics;
-    let shift = Vec2::new(
-        parameters.one_float("udelta", 0.0, diagnostics),
-        parameters.one_float("vdelta", 0.0, diagnostics),
-    );
+    let shift =
+        Vec2::new(parameters.one_float("udelta", 0.0, diagnostics), parameters.one_float("vdelta", 0.0, diagnostics));
     match parameters.one_string("mapping", "uv", diagnostics) {
         "uv" => {
             let scale = Vec2::new(

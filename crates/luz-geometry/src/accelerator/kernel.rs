@@ -1,0 +1,135 @@
+//! What a traversal needs from an instruction set, and the portable version of it.
+
+use super::node::{LANES, TrianglePacket, WIDTH, WideNode};
+use crate::Ray;
+use crate::shape::triangle::Shear;
+
+/// A ray prepared for conservative box tests.
+///
+/// A plane `x` is met at `t = (x − o) / d`. Rounding moves that by at most a few `ε |o / d|` and `ε t`, which is made up for
+/// beforehand: entries are computed with a slightly smaller reciprocal and less a pad, exits with a larger one and plus a
+/// pad. So the tests cost nothing more and never miss a box that the exact ray touches (in the spirit of Ize 2013,
+/// "Robust BVH Ray Traversal").
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slabs {
+    pub origin: [f32; 3],
+    pub near_reciprocal: [f32; 3],
+    pub far_reciprocal: [f32; 3],
+    /// Units of `t`, not negative.
+    pub pad: [f32; 3],
+    /// Which of [`WideNode::planes`] the ray enters through, for each axis; it leaves through the other one.
+    pub near_plane: [usize; 3],
+    pub far_plane: [usize; 3],
+}
+
+impl Slabs {
+    /// `reach` is the largest absolute coordinate of the boxes.
+    #[inline(always)]
+    pub fn new(ray: &Ray, reach: f32) -> Self {
+        const MARGIN: f32 = 1.0 / (1u32 << 22) as f32;
+        let origin = ray.origin.to_array();
+        let size = ray.direction.abs().max_element();
+        // Components this small count as this: over the scene the ray strays by less than the pad below allows for.
+        let least = size * 2f32.powi(-60);
+        let scale = 2f32.powi(-50) * (reach + ray.origin.abs().max_element());
+        let mut out = Self {
+            origin,
+            near_reciprocal: [0.0; 3],
+            far_reciprocal: [0.0; 3],
+            pad: [0.0; 3],
+            near_plane: [0; 3],
+            far_plane: [0; 3],
+        };
+        for axis in 0..3 {
+            let d = ray.direction[axis];
+            let reciprocal = 1.0 / if d.abs() < least { least.copysign(d) } else { d };
+            out.near_reciprocal[axis] = reciprocal * (1.0 - MARGIN);
+            out.far_reciprocal[axis] = reciprocal * (1.0 + MARGIN);
+            out.pad[axis] = (MARGIN * ray.origin[axis].abs() + scale) * reciprocal.abs();
+            let negative = usize::from(reciprocal < 0.0);
+            out.near_plane[axis] = axis + 3 * negative;
+            out.far_plane[axis] = axis + 3 * (1 - negative);
+        }
+        out
+    }
+}
+
+/// What a packet test finds, lane by lane; meaningless where the mask says no hit.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct PacketHits {
+    pub t: [f32; LANES],
+    pub u: [f32; LANES],
+    pub v: [f32; LANES],
+}
+
+/// The entry distances of a node's children.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct Distances(pub [f32; WIDTH]);
+
+/// The two tests of a traversal. Both return a mask with a bit for each child or lane that the ray may meet within
+/// `[0, t_max]`.
+///
+/// # Safety
+/// The methods may be called only where the instruction set of the implementation is present. They do the same arithmetic
+/// on triangles everywhere, so that all kernels find the same hits to the last bit.
+pub(super) trait Kernel {
+    /// A ray, as the box test wants it.
+    type BoxRay;
+    /// A ray, as the triangle test wants it.
+    type TriangleRay;
+
+    unsafe fn box_ray(slabs: &Slabs) -> Self::BoxRay;
+    unsafe fn triangle_ray(shear: &Shear) -> Self::TriangleRay;
+    unsafe fn test_boxes(ray: &Self::BoxRay, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32;
+    unsafe fn test_packet(ray: &Self::TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32;
+}
+
+/// The portable kernel.
+pub(super) struct Scalar;
+
+impl Kernel for Scalar {
+    type BoxRay = Slabs;
+    type TriangleRay = Shear;
+
+    #[inline(always)]
+    unsafe fn box_ray(slabs: &Slabs) -> Slabs {
+        *slabs
+    }
+
+    #[inline(always)]
+    unsafe fn triangle_ray(shear: &Shear) -> Shear {
+        *shear
+    }
+
+    #[inline(always)]
+    unsafe fn test_boxes(ray: &Slabs, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32 {
+        let mut enter = [0f32; WIDTH];
+        let mut leave = [t_max; WIDTH];
+        for axis in 0..3 {
+            let (near, far) = (&node.planes[ray.near_plane[axis]], &node.planes[ray.far_plane[axis]]);
+            for i in 0..WIDTH {
+                let t0 = (near[i] - ray.origin[axis]) * ray.near_reciprocal[axis] - ray.pad[axis];
+                let t1 = (far[i] - ray.origin[axis]) * ray.far_reciprocal[axis] + ray.pad[axis];
+                // NaN, which only overflow makes, leaves the axis out.
+                enter[i] = if t0 > enter[i] { t0 } else { enter[i] };
+                leave[i] = if t1 < leave[i] { t1 } else { leave[i] };
+            }
+        }
+        distances.0 = enter;
+        (0..WIDTH).fold(0, |mask, i| mask | u32::from(enter[i] <= leave[i]) << i)
+    }
+
+    #[inline(always)]
+    unsafe fn test_packet(ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+        let mut mask = 0;
+        for lane in 0..LANES {
+            if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {
+                (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
+                mask |= 1 << lane;
+            }
+        }
+        mask
+    }
+}

@@ -1,0 +1,73 @@
+//! Traversal by instruction set, chosen when the accelerator is built.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+
+use super::kernel::Scalar;
+use super::node::Tree;
+use super::traverse::{Filter, Traversal};
+use crate::{Hit, Ray};
+
+/// Which instructions a traversal uses. All find the same hits, to the last bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SimdLevel {
+    /// The fastest that the machine has.
+    #[default]
+    Auto,
+    /// Portable code.
+    Scalar,
+    /// AVX2 and FMA, on x86-64.
+    Avx2,
+    /// AVX-512 (F, VL), on x86-64.
+    Avx512,
+}
+
+/// An instruction set that is known to be present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Level {
+    Scalar,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Level {
+    /// The best that is present and not above `wanted`.
+    pub fn choose(wanted: SimdLevel) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+            if avx2 && wanted != SimdLevel::Scalar {
+                return Self::Avx2;
+            }
+        }
+        let _ = wanted;
+        Self::Scalar
+    }
+
+    /// The public name.
+    pub fn name(self) -> SimdLevel {
+        match self {
+            Self::Scalar => SimdLevel::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => SimdLevel::Avx2,
+        }
+    }
+
+    /// Walks a tree that [`Tree::build`] made; see [`Traversal::walk`].
+    #[inline(always)]
+    pub fn walk<F: Filter, const ANY: bool>(
+        self,
+        traversal: &mut Traversal<'_, F>,
+        tree: &Tree,
+        ray: &Ray,
+        best: &mut Hit,
+    ) -> bool {
+        match self {
+            // SAFETY: the portable kernel needs nothing; the tree was built by this crate.
+            Self::Scalar => unsafe { traversal.walk::<Scalar, ANY>(tree, ray, best) },
+            // SAFETY: the level is chosen only where the instructions are present; the tree was built by this crate.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { avx2::walk::<F, ANY>(traversal, tree, ray, best) },
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The way of a ray down the tree.
+
+use std::mem::MaybeUninit;
+
+use super::binary::MAX_DEPTH;
+use super::kernel::{Distances, Kernel, PacketHits, Slabs};
+use super::node::{Child, Other, Tree, WIDTH};
+use super::{Accelerator, Instance};
+use crate::shape::triangle::Shear;
+use crate::{Hit, Ray};
+
+/// Which hits count.
+pub(super) trait Filter {
+    /// Whether anything is ever rejected: if not, the filter costs nothing.
+    const ACTIVE: bool;
+
+    fn accept(&mut self, hit: &Hit) -> bool;
+}
+
+/// Every hit counts.
+pub(super) struct All;
+
+impl Filter for All {
+    const ACTIVE: bool = false;
+
+    #[inline(always)]
+    fn accept(&mut self, _: &Hit) -> bool {
+        true
+    }
+}
+
+impl<F: FnMut(&Hit) -> bool> Filter for F {
+    const ACTIVE: bool = true;
+
+    #[inline(always)]
+    fn accept(&mut self, hit: &Hit) -> bool {
+        self(hit)
+    }
+}
+
+/// Why the depth of the tree bounds the stack: each level leaves at most seven siblings behind.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+
+#[derive(Clone, Copy)]
+struct Entry {
+    child: Child,
+    distance: f32,
+}
+
+/// One query on one tree.
+pub(super) struct Traversal<'a, F> {
+    pub accelerator: &'a Accelerator,
+    pub filter: &'a mut F,
+    pub instance: u32,
+}
+
+/// The order among hits at the same distance, so that the answer does not depend on the order of the tree.
+#[inline(always)]
+fn key(hit: &Hit) -> (u32, u32, u32) {
+    (hit.instance, hit.shape, hit.primitive)
+}
+
+impl<F: Filter> Traversal<'_, F> {
+    /// Takes a candidate if it beats `best` and the filter lets it pass. Candidates have `t ≤ best.t`.
+    #[inline(always)]
+    fn offer(&mut self, hit: Hit, best: &mut Hit) -> bool {
+        if hit.t == best.t && key(&hit) >= key(best) {
+            return false;
+        }
+        if F::ACTIVE && self.accelerator.filtered[hit.shape as usize] && !self.filter.accept(&hit) {
+            return false;
+        }
+        *best = hit;
+        true
+    }
+
+    /// Walks the tree; true where `best` was improved. With `ANY`, ends at the first hit.
+    ///
+    /// # Safety
+    /// The instruction set of `K` must be present, and `tree` one that [`Tree::build`] made: its indices are in range and
+    /// its depth at most [`MAX_DEPTH`].
+    #[inline(always)]
+    pub unsafe fn walk<K: Kernel, const ANY: bool>(&mut self, tree: &Tree, ray: &Ray, best: &mut Hit) -> bool {
+        if tree.nodes.is_empty() {
+            return false;
+        }
+        // SAFETY: the caller vouches for the instruction set.
+        let (box_ray, triangle_ray) =
+            unsafe { (K::box_ray(&Slabs::new(ray, tree.reach)), K::triangle_ray(&Shear::new(ray))) };
+        let mut found = false;
+        let mut stack = [MaybeUninit::<Entry>::uninit(); STACK];
+        let mut height = 0usize;
+        let mut distances = Distances([0.0; WIDTH]);
+        let mut hits = PacketHits { t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
+        let mut current = Child::node(0);
+        loop {
+            while !current.is_leaf() {
+                // SAFETY: inner children index nodes of this tree; the caller vouches for the instruction set.
+                let (node, mut mask) = unsafe {
+                    let node = tree.nodes.get_unchecked(current.index());
+                    (node, K::test_boxes(&box_ray, node, best.t, &mut distances))
+                };
+                if mask == 0 {
+                    current = Child::EMPTY;
+                    break;
+                }
+                let mut take = || {
+                    let i = mask.trailing_zeros() as usize & (WIDTH - 1);
+                    mask &= mask - 1;
+                    (Entry { child: node.children[i], distance: distances.0[i] }, mask)
+                };
+                let (mut nearest, rest) = take();
+                if rest == 0 {
+                    current = nearest.child;
+                    continue;
+                }
+                // The nearest is gone down to, the others wait, farther ones deeper.
+                let bottom = height;
+                loop {
+                    let (mut entry, rest) = take();
+                    if entry.distance < nearest.distance {
+                        std::mem::swap(&mut entry, &mut nearest);
+                    }
+                    let mut at = height;
+                    if !ANY {
+                        while at > bottom {
+                            // SAFETY: entries below `height` are written.
+                            let below = unsafe { stack[at - 1].assume_init() };
+                            if below.distance >= entry.distance {
+                                break;
+                            }
+                            stack[at] = MaybeUninit::new(below);
+                            at -= 1;
+                        }
+                    }
+                    stack[at] = MaybeUninit::new(entry);
+                    height += 1;
+                    if rest == 0 {
+                        break;
+                    }
+                }
+                current = nearest.child;
+            }
+            if current != Child::EMPTY {
+                if current.is_other() {
+                    for other in &tree.others[current.range()] {
+                        if self.other::<ANY>(other, ray, best) {
+                            if ANY {
+                                return true;
+                            }
+                            found = true;
+                        }
+                    }
+                } else {
+                    for packet in &tree.packets[current.range()] {
+                        // SAFETY: the caller vouches for the instruction set.
+                        let mut mask = unsafe { K::test_packet(&triangle_ray, packet, best.t, &mut hits) };
+                        while mask != 0 {
+                            let lane = mask.trailing_zeros() as usize & 3;
+                            mask &= mask - 1;
+                            if hits.t[lane] > best.t {
+                                continue;
+                            }
+                            let hit = Hit {
+                                t: hits.t[lane],
+                                u: hits.u[lane],
+                                v: hits.v[lane],
+                                shape: packet.shape[lane],
+                                primitive: packet.primitive[lane],
+                                instance: self.instance,
+                            };
+                            if self.offer(hit, best) {
+                                if ANY {
+                                    return true;
+                                }
+                                found = true;
+                            }
+                        }
+                    }
+                }
+            }
+            loop {
+                if height == 0 {
+                    return found;
+                }
+                height -= 1;
+                // SAFETY: entries below `height` are written.
+                let entry = unsafe { stack[height].assume_init() };
+                if entry.distance <= best.t {
+                    current = entry.child;
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Tests what is not a triangle.
+    #[inline(never)]
+    fn other<const ANY: bool>(&mut self, other: &Other, ray: &Ray, best: &mut Hit) -> bool {
+        match *other {
+            Other::Primitive { shape, primitive } => {
+                let found = self.accelerator.shapes[shape as usize].intersect(ray, best.t, primitive as usize);
+                found.is_some_and(|(t, u, v)| {
+                    let hit = Hit { t, u, v, shape, primitive, instance: self.instance };
+                    t <= best.t && self.offer(hit, best)
+                })
+            }
+            Other::Instance(index) => {
+                let Instance { group, placement } = &self.accelerator.instances[index as usize];
+                let (local, skipped) = placement.to_object(ray);
+                let mut local_best = Hit { t: best.t - skipped, ..*best };
+                let tree = &self.accelerator.trees[*group as usize];
+                let accelerator = self.accelerator;
+                let mut inner = Traversal { accelerator, filter: &mut *self.filter, instance: index };
+                let found = accelerator.level.walk::<F, ANY>(&mut inner, tree, &local, &mut local_best);
+                if found {
+                    *best = Hit { t: local_best.t + skipped, ..local_best };
+                }
+                found
+            }
+        }
+    }
+}

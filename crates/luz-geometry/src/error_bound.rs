@@ -1,0 +1,43 @@
+//! Bounds on floating-point error, and ray origins kept clear of the surfaces they leave.
+//!
+//! Source: Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.1; Pharr, Jakob, Humphreys, *Physically
+//! Based Rendering*, 4th edition, section 6.8.
+
+use glam::Vec3;
+
+/// `γₙ = n ε / (1 − n ε)` with `ε = 2⁻²⁴`: bounds the relative error of `n` chained `f32` operations.
+#[inline(always)]
+pub const fn gamma(n: i32) -> f32 {
+    const EPSILON: f32 = f32::EPSILON * 0.5;
+    (n as f32 * EPSILON) / (1.0 - n as f32 * EPSILON)
+}
+
+/// The least `f32` greater than `x`.
+#[inline]
+pub fn next_up(x: f32) -> f32 {
+    x.next_up()
+}
+
+/// The greatest `f32` less than `x`.
+#[inline]
+pub fn next_down(x: f32) -> f32 {
+    x.next_down()
+}
+
+/// Where a ray towards `direction` should start so that it does not meet again the surface it leaves.
+///
+/// `position` is known up to ±`error` on each axis, `normal` is the unit geometric normal. The origin moves along the
+/// normal, to the side that `direction` points to, until the plane through any point of the error box is behind it, and
+/// is then rounded away from `position`.
+#[inline]
+pub fn offset_ray_origin(position: Vec3, error: Vec3, normal: Vec3, direction: Vec3) -> Vec3 {
+    let distance = normal.abs().dot(error);
+    let offset = if direction.dot(normal) < 0.0 { -distance * normal } else { distance * normal };
+    let away = |p: f32, o: f32| match o {
+        o if o > 0.0 => p.next_up(),
+        o if o < 0.0 => p.next_down(),
+        _ => p,
+    };
+    let moved = position + offset;
+    Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+}

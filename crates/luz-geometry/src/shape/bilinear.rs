@@ -1,0 +1,356 @@
+//! Meshes of bilinear patches.
+
+use glam::{DVec3, Vec2, Vec3};
+use luz_sample::warp::{self, SphericalRectangle};
+
+use super::quadric::weingarten;
+use super::triangle::face_forward;
+use super::{AreaSample, ParametricHit, Reference, SolidAngleSample, sample};
+use crate::{Bounds3, Hit, NO_INSTANCE, Ray, SurfacePoint, Transform, gamma};
+
+/// Bilinear patches that share vertices, in world space.
+///
+/// A patch is `p(u,v) = (1−u)(1−v) p00 + u(1−v) p10 + (1−u)v p01 + uv p11`. Its normal is `∂p/∂u × ∂p/∂v`, turned round as
+/// that of [`super::TriangleMesh`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BilinearMesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Four vertices per patch: those at (u,v) = (0,0), (1,0), (0,1), (1,1).
+    pub indices: Vec<[u32; 4]>,
+    /// Vertex normals, any length; as many as positions.
+    pub normals: Option<Vec<Vec3>>,
+    /// Vertex texture coordinates; as many as positions. Without, (u,v) of the patch.
+    pub uvs: Option<Vec<Vec2>>,
+    /// A number for each patch, as some textures want it.
+    pub face_indices: Option<Vec<u32>>,
+    /// Turns the normals, those of the vertices too.
+    pub reverse_orientation: bool,
+    /// Whether the transform that brought the mesh to the world swaps handedness; [`Self::transform`] keeps it.
+    pub swaps_handedness: bool,
+}
+
+impl BilinearMesh {
+    /// Moves the mesh: positions, normals (by the transposed inverse), and handedness.
+    pub fn transform(&mut self, transform: &Transform) {
+        if transform.is_identity() {
+            return;
+        }
+        self.positions.iter_mut().for_each(|p| *p = transform.point(*p));
+        self.normals.iter_mut().flatten().for_each(|n| *n = transform.normal(*n));
+        self.swaps_handedness ^= transform.swaps_handedness();
+    }
+
+    fn patch(&self, patch: usize) -> Patch {
+        let [p00, p10, p01, p11] = self.indices[patch].map(|i| self.positions[i as usize].as_dvec3());
+        Patch { p00, p10, p01, p11 }
+    }
+
+    fn oriented(&self, patch: usize, normal: Vec3, uv: Vec2) -> Vec3 {
+        match self.vertex_normal(patch, uv) {
+            Some(ns) if ns.length_squared() > 0.0 => face_forward(normal, ns),
+            _ if self.reverse_orientation != self.swaps_handedness => -normal,
+            _ => normal,
+        }
+    }
+
+    fn vertex_normal(&self, patch: usize, uv: Vec2) -> Option<Vec3> {
+        let n = interpolate(self.corner_normals(patch)?, uv);
+        Some(n)
+    }
+
+    fn corner_normals(&self, patch: usize) -> Option<[Vec3; 4]> {
+        let normals = self.normals.as_ref()?;
+        let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
+        Some(self.indices[patch].map(|i| sign * normals[i as usize]))
+    }
+
+    fn corner_uvs(&self, patch: usize) -> Option<[Vec2; 4]> {
+        let uvs = self.uvs.as_ref()?;
+        Some(self.indices[patch].map(|i| uvs[i as usize]))
+    }
+
+    fn texture_uv(&self, patch: usize, uv: Vec2) -> Vec2 {
+        self.corner_uvs(patch).map_or(uv, |corners| interpolate(corners, uv))
+    }
+
+    pub(super) fn is_valid(&self, patch: usize) -> bool {
+        let n = self.positions.len();
+        if self.normals.as_ref().is_some_and(|a| a.len() != n) || self.uvs.as_ref().is_some_and(|a| a.len() != n) {
+            return false;
+        }
+        if self.indices[patch].iter().any(|&i| i as usize >= n) {
+            return false;
+        }
+        let p = self.patch(patch);
+        [p.p00, p.p10, p.p01, p.p11].iter().all(|p| p.is_finite()) && p.area() > 0.0
+    }
+
+    pub(super) fn bounds(&self, patch: usize) -> Bounds3 {
+        Bounds3::from_points(self.indices[patch].map(|i| self.positions[i as usize]))
+    }
+
+    pub(super) fn intersect(&self, ray: &Ray, t_max: f32, patch: usize) -> Option<ParametricHit> {
+        self.patch(patch).intersect(ray, t_max)
+    }
+
+    pub(super) fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let index = hit.primitive as usize;
+        let patch = self.patch(index);
+        let parametric = Vec2::new(hit.u, hit.v);
+        let (u, v) = (f64::from(hit.u), f64::from(hit.v));
+        let (patch_dpdu, patch_dpdv) = (patch.dpdu(v), patch.dpdv(u));
+        let normal = patch_dpdu.cross(patch_dpdv).normalize_or_zero();
+        let (mut dpdu, mut dpdv) = (patch_dpdu, patch_dpdv);
+        if let Some(corners) = self.corner_uvs(index)
+            && let Some((s, t)) = texture_derivatives(corners, parametric, patch_dpdu, patch_dpdv)
+        {
+            (dpdu, dpdv) = (s, t);
+        }
+        let twist = patch.p00 - patch.p01 - patch.p10 + patch.p11;
+        let (dndu, dndv) = weingarten(dpdu, dpdv, normal, DVec3::ZERO, twist, DVec3::ZERO);
+        let reach = patch.p00.abs().max(patch.p10.abs()).max(patch.p01.abs().max(patch.p11.abs())).as_vec3();
+        let geometric_normal = self.oriented(index, normal.as_vec3(), parametric);
+        let mut point = SurfacePoint {
+            position: patch.at(u, v).as_vec3(),
+            position_error: gamma(6) * reach,
+            geometric_normal,
+            shading_normal: geometric_normal,
+            uv: self.texture_uv(index, parametric),
+            dpdu: dpdu.as_vec3(),
+            dpdv: dpdv.as_vec3(),
+            shading_dpdu: dpdu.as_vec3(),
+            shading_dpdv: dpdv.as_vec3(),
+            dndu: dndu.as_vec3(),
+            dndv: dndv.as_vec3(),
+            parametric,
+            face_index: self.face_indices.as_ref().and_then(|f| f.get(index).copied()).unwrap_or(0),
+            time: ray.time,
+            shape: hit.shape,
+            primitive: hit.primitive,
+            instance: NO_INSTANCE,
+        };
+        self.shade(index, &mut point);
+        point
+    }
+
+    /// Sets the shading geometry from the vertex normals: the tangents turn with the normal.
+    fn shade(&self, patch: usize, point: &mut SurfacePoint) {
+        let Some(corners @ [n00, n10, n01, n11]) = self.corner_normals(patch) else { return };
+        let uv = point.parametric;
+        let Some(ns) = interpolate(corners, uv).try_normalize() else { return };
+        point.dndu = n10.lerp(n11, uv.y) - n00.lerp(n01, uv.y);
+        point.dndv = n01.lerp(n11, uv.x) - n00.lerp(n10, uv.x);
+        let turn = glam::Quat::from_rotation_arc(point.geometric_normal, ns);
+        let dpdu = turn * point.dpdu;
+        point.shading_dpdu = dpdu - ns * ns.dot(dpdu);
+        point.shading_dpdv = turn * point.dpdv;
+        point.shading_normal = ns;
+    }
+
+    pub(super) fn area(&self, patch: usize) -> f32 {
+        self.patch(patch).area() as f32
+    }
+
+    fn sample_at(&self, patch: usize, uv: Vec2, position: Option<Vec3>) -> AreaSample {
+        let shape = self.patch(patch);
+        let reach = shape.p00.abs() + shape.p10.abs() + shape.p01.abs() + shape.p11.abs();
+        let (u, v) = (f64::from(uv.x), f64::from(uv.y));
+        let normal = shape.dpdu(v).cross(shape.dpdv(u)).normalize_or_zero().as_vec3();
+        AreaSample {
+            position: position.unwrap_or(shape.at(u, v).as_vec3()),
+            position_error: gamma(6) * reach.as_vec3(),
+            normal: self.oriented(patch, normal, uv),
+            uv: self.texture_uv(patch, uv),
+            pdf_area: shape.pdf_area(uv),
+        }
+    }
+
+    pub(super) fn sample_area(&self, patch: usize, u: Vec2) -> Option<AreaSample> {
+        let shape = self.patch(patch);
+        let uv = if shape.is_rectangle() { u } else { warp::bilinear(u, shape.corner_areas()) };
+        let sample = self.sample_at(patch, uv, None);
+        (sample.pdf_area > 0.0 && sample.pdf_area.is_finite()).then_some(sample)
+    }
+
+    pub(super) fn pdf_area(&self, point: &SurfacePoint) -> f32 {
+        let pdf = self.patch(point.primitive as usize).pdf_area(point.parametric);
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// The rectangle on the sphere around the reference point, unless the patch is none or so small that sampling by area
+    /// is as good.
+    fn spherical(&self, reference: &Reference, patch: &Patch) -> Option<SphericalRectangle> {
+        const LEAST: f32 = 1e-4;
+        if !patch.is_rectangle() {
+            return None;
+        }
+        let corner = patch.p00.as_vec3();
+        SphericalRectangle::new(
+            reference.position,
+            corner,
+            (patch.p10 - patch.p00).as_vec3(),
+            (patch.p01 - patch.p00).as_vec3(),
+        )
+        .filter(|s| s.solid_angle() > LEAST)
+    }
+
+    pub(super) fn sample_solid_angle(&self, reference: &Reference, patch: usize, u: Vec2) -> Option<SolidAngleSample> {
+        let shape = self.patch(patch);
+        let Some(spherical) = self.spherical(reference, &shape) else {
+            return self.sample_area(patch, u)?.seen_from(reference.position);
+        };
+        let weights = reference.cosine_weights(shape.corners());
+        let warped = weights.map_or(u, |w| warp::bilinear(u, w));
+        let pdf = spherical.pdf() * weights.map_or(1.0, |w| warp::bilinear_pdf(warped, w));
+        let position = spherical.sample(warped);
+        let uv = shape.rectangle_uv(position);
+        let AreaSample { position, position_error, normal, uv, .. } = self.sample_at(patch, uv, Some(position));
+        (pdf > 0.0).then_some(SolidAngleSample { position, position_error, normal, uv, pdf })
+    }
+
+    pub(super) fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
+        let shape = self.patch(point.primitive as usize);
+        let Some(spherical) = self.spherical(reference, &shape) else {
+            return sample::pdf_from_area(reference, point, self.pdf_area(point));
+        };
+        let weight = reference
+            .cosine_weights(shape.corners())
+            .map_or(1.0, |w| warp::bilinear_pdf(spherical.inverse(point.position), w));
+        spherical.pdf() * weight
+    }
+}
+
+/// Bilinear interpolation of the values at (0,0), (1,0), (0,1), (1,1).
+fn interpolate<T>([a00, a10, a01, a11]: [T; 4], uv: Vec2) -> T
+where
+    T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+{
+    let (u, v) = (uv.x, uv.y);
+    (a00 * (1.0 - u) + a10 * u) * (1.0 - v) + (a01 * (1.0 - u) + a11 * u) * v
+}
+
+/// The derivatives of position by the texture's coordinates (s, t), given those by the patch's (u, v), by the inverse of
+/// the Jacobian matrix; `None` where it has none.
+fn texture_derivatives(corners: [Vec2; 4], uv: Vec2, dpdu: DVec3, dpdv: DVec3) -> Option<(DVec3, DVec3)> {
+    let [st00, st10, st01, st11] = corners.map(|c| c.as_dvec2());
+    let (u, v) = (f64::from(uv.x), f64::from(uv.y));
+    let dstdu = (st10 - st00) * (1.0 - v) + (st11 - st01) * v;
+    let dstdv = (st01 - st00) * (1.0 - u) + (st11 - st10) * u;
+    let determinant = dstdu.x * dstdv.y - dstdu.y * dstdv.x;
+    if determinant.abs() < 1e-16 {
+        return None;
+    }
+    let dpds = (dpdu * dstdv.y - dpdv * dstdu.y) / determinant;
+    let dpdt = (dpdv * dstdu.x - dpdu * dstdv.x) / determinant;
+    Some((dpds, dpdt))
+}
+
+/// One patch, in `f64`.
+struct Patch {
+    p00: DVec3,
+    p10: DVec3,
+    p01: DVec3,
+    p11: DVec3,
+}
+
+impl Patch {
+    fn at(&self, u: f64, v: f64) -> DVec3 {
+        self.p00.lerp(self.p10, u).lerp(self.p01.lerp(self.p11, u), v)
+    }
+
+    fn dpdu(&self, v: f64) -> DVec3 {
+        (self.p10 - self.p00).lerp(self.p11 - self.p01, v)
+    }
+
+    fn dpdv(&self, u: f64) -> DVec3 {
+        (self.p01 - self.p00).lerp(self.p11 - self.p10, u)
+    }
+
+    fn corners(&self) -> [Vec3; 4] {
+        [self.p00, self.p10, self.p01, self.p11].map(|p| p.as_vec3())
+    }
+
+    /// Whether it is a flat rectangle, up to `f32` rounding.
+    fn is_rectangle(&self) -> bool {
+        let (eu, ev) = (self.p10 - self.p00, self.p01 - self.p00);
+        let size = eu.length().max(ev.length());
+        (self.p00 + eu + ev - self.p11).length() <= 1e-5 * size
+            && eu.dot(ev).abs() <= 1e-5 * eu.length() * ev.length()
+            && eu.length() > 0.0
+            && ev.length() > 0.0
+    }
+
+    fn rectangle_uv(&self, p: Vec3) -> Vec2 {
+        let (eu, ev) = (self.p10 - self.p00, self.p01 - self.p00);
+        let p = p.as_dvec3() - self.p00;
+        let along = |e: DVec3| (p.dot(e) / e.length_squared()).clamp(0.0, 1.0) as f32;
+        Vec2::new(along(eu), along(ev))
+    }
+
+    /// `|∂p/∂u × ∂p/∂v|` at the corners.
+    fn corner_areas(&self) -> [f32; 4] {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.dpdu(v).cross(self.dpdv(u)).length() as f32)
+    }
+
+    /// The density in area of drawing (u,v) uniformly for a rectangle, or else bilinearly by the corners' areas.
+    fn pdf_area(&self, uv: Vec2) -> f32 {
+        let stretch = self.dpdu(f64::from(uv.y)).cross(self.dpdv(f64::from(uv.x))).length();
+        let pdf = if self.is_rectangle() { 1.0 } else { warp::bilinear_pdf(uv, self.corner_areas()) };
+        (f64::from(pdf) / stretch) as f32
+    }
+
+    /// The area, by Gauss–Legendre quadrature of `|∂p/∂u × ∂p/∂v|` on 8×8 cells of 2×2 points; exact for flat patches
+    /// that do not fold.
+    fn area(&self) -> f64 {
+        const CELLS: u32 = 8;
+        let offset = 0.5 / 3f64.sqrt();
+        let nodes = || {
+            (0..CELLS).flat_map(move |i| [0.5 - offset, 0.5 + offset].map(|x| (f64::from(i) + x) / f64::from(CELLS)))
+        };
+        let sum: f64 = nodes()
+            .flat_map(|u| nodes().map(move |v| (u, v)))
+            .map(|(u, v)| self.dpdu(v).cross(self.dpdv(u)).length())
+            .sum();
+        sum / f64::from(4 * CELLS * CELLS)
+    }
+
+    /// The nearest hit at `0 < t ≤ t_max`: the lines `u = const` that the ray meets are the roots of a quadratic
+    /// (Reshetov 2019, "Cool Patches: A Geometric Approach to Ray/Bilinear Patch Intersections").
+    fn intersect(&self, ray: &Ray, t_max: f32) -> Option<ParametricHit> {
+        let d = ray.direction.as_dvec3();
+        let o = ray.origin.as_dvec3();
+        let (q00, q10) = (self.p00 - o, self.p10 - o);
+        let (left, right) = (self.p01 - self.p00, self.p11 - self.p10);
+        // The volume spanned by the ray and the line at u is a + b u + c u².
+        let a = q00.cross(d).dot(left);
+        let c = (self.p10 - self.p00).cross(self.p01 - self.p11).dot(d);
+        let b = q10.cross(d).dot(right) - a - c;
+        let discriminant = b * b - 4.0 * a * c;
+        if discriminant < 0.0 || discriminant.is_nan() {
+            return None;
+        }
+        let q = -0.5 * (b + discriminant.sqrt().copysign(b));
+        // A root that does not exist is NaN or infinite, and fails the tests below. For c = 0 the second is −a/b.
+        let roots = [q / c, a / q];
+        let mut best: Option<ParametricHit> = None;
+        let mut limit = f64::from(t_max);
+        for u in roots {
+            if !(0.0..=1.0).contains(&u) {
+                continue;
+            }
+            let start = q00.lerp(q10, u);
+            let along = left.lerp(right, u);
+            // Where the ray and the line come nearest.
+            let across = d.cross(along);
+            let scale = across.length_squared();
+            let side = across.cross(start);
+            let (t, v) = (side.dot(along) / scale, side.dot(d) / scale);
+            if t > 0.0 && t <= limit && (0.0..=1.0).contains(&v) {
+                limit = t;
+                best = Some((t as f32, u as f32, v as f32));
+            }
+        }
+        best.filter(|&(t, ..)| t > 0.0 && t <= t_max)
+    }
+}
