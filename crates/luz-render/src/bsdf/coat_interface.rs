@@ -10,7 +10,7 @@ use std::{f32::consts::FRAC_PI_2, sync::OnceLock};
 use glam::{Vec2, Vec3};
 
 use super::{
-    TrowbridgeReitz,
+    Dielectric, TrowbridgeReitz,
     coat_quadrature::{self, Rule},
     fresnel,
 };
@@ -21,7 +21,8 @@ const NODES: usize = 257;
 const STRIDE: usize = 4;
 /// Rows of a table for textured roughness, at equidistant `alpha` in `[0, 1]`.
 const ROUGHNESS_ROWS: usize = 33;
-/// Rows of a table for an anisotropic interface, at equidistant `sin²φ`.
+/// Rows of a table for an anisotropic interface, at equidistant values of the `alpha` along the direction, on which its
+/// averages depend almost linearly.
 const AZIMUTH_ROWS: usize = 4;
 
 /// How an evaluation weighs the two ways in which light can be found to leave a rough coat.
@@ -174,15 +175,19 @@ impl CoatInterface {
             let (averages, row) = isotropic(&distribution, eta, thickness);
             Table::Isotropic(distribution, averages, row)
         } else {
-            let nodes = std::array::from_fn::<f32, AZIMUTH_ROWS, _>(|i| i as f32 / (AZIMUTH_ROWS - 1) as f32);
-            let rows = nodes.map(|s| row(s.min(1.0).sqrt().asin()));
-            // The mean over φ of the cubic in sin²φ, by the midpoint rule, which is exact for it.
+            let (x2, y2) = (alpha_x * alpha_x, alpha_y * alpha_y);
+            let rows: [Row; AZIMUTH_ROWS] = std::array::from_fn(|i| {
+                let alpha = alpha_x + (alpha_y - alpha_x) * i as f32 / (AZIMUTH_ROWS - 1) as f32;
+                row(((alpha * alpha - x2) / (y2 - x2)).clamp(0.0, 1.0).sqrt().asin())
+            });
+            // The mean over a quarter turn.
+            const AZIMUTHS: usize = 32;
             let mut transmittance = 0.0;
-            for i in 0..8 {
-                let s = (FRAC_PI_2 * (i as f32 + 0.5) / 8.0).sin().powi(2);
-                let weights = lagrange(s * (AZIMUTH_ROWS - 1) as f32);
-                transmittance +=
-                    rows.iter().zip(weights).map(|(row, w)| w * row.mean_transmittance()).sum::<f32>() / 8.0;
+            for i in 0..AZIMUTHS {
+                let (sin, cos) = (FRAC_PI_2 * (i as f32 + 0.5) / AZIMUTHS as f32).sin_cos();
+                let weights = azimuth_weights(Vec3::new(cos, sin, 0.0), distribution.alpha());
+                let at = rows.iter().zip(weights).map(|(row, weight)| weight * row.mean_transmittance());
+                transmittance += at.sum::<f32>() / AZIMUTHS as f32;
             }
             let averages = Averages {
                 transmittance,
@@ -286,8 +291,8 @@ impl CoatInterface {
         match &self.table {
             Table::Smooth(..) => smooth(cos, self.eta, self.thickness),
             Table::Isotropic(_, _, row) => row.at(cos),
-            Table::Anisotropic(_, _, rows) => {
-                let weights = lagrange(sin2_phi(w) * (AZIMUTH_ROWS - 1) as f32);
+            Table::Anisotropic(own, _, rows) => {
+                let weights = azimuth_weights(w, own.alpha());
                 let mut sum = Directional::default();
                 for (row, weight) in rows.iter().zip(weights) {
                     let at = row.at(cos);
@@ -332,7 +337,7 @@ fn isotropic(distribution: &TrowbridgeReitz, eta: f32, thickness: f32) -> (Avera
 
 /// A relative index of refraction and a thickness that mean something.
 fn valid(eta: f32, thickness: f32) -> (f32, f32) {
-    let eta = if eta > 0.0 && eta.is_finite() { eta } else { 1.0 };
+    let eta = if eta > 0.0 && eta.is_finite() { Dielectric::matched(eta) } else { 1.0 };
     (eta, if thickness > 0.0 { thickness } else { 0.0 })
 }
 
@@ -349,17 +354,18 @@ pub(super) fn smooth(cos: f32, eta: f32, thickness: f32) -> Directional {
     Directional { transmittance, reflectance, emergence: transmittance }
 }
 
-/// `sin²φ` of a direction; zero at the normal.
+/// Weights of the rows of an anisotropic interface for the azimuth of `w`.
 #[inline(always)]
-fn sin2_phi(w: Vec3) -> f32 {
-    let r2 = w.x * w.x + w.y * w.y;
-    if r2 > 0.0 { w.y * w.y / r2 } else { 0.5 }
+fn azimuth_weights(w: Vec3, alpha: Vec2) -> [f32; AZIMUTH_ROWS] {
+    let t = (alpha_along(w, alpha) - alpha.x) / (alpha.y - alpha.x);
+    lagrange(t.clamp(0.0, 1.0) * (AZIMUTH_ROWS - 1) as f32)
 }
 
 /// The roughness that the profile of the surface along `w` has.
 #[inline(always)]
 fn alpha_along(w: Vec3, alpha: Vec2) -> f32 {
-    let s = sin2_phi(w);
+    let r2 = w.x * w.x + w.y * w.y;
+    let s = if r2 > 0.0 { w.y * w.y / r2 } else { 0.5 };
     ((1.0 - s) * alpha.x * alpha.x + s * alpha.y * alpha.y).sqrt()
 }
 

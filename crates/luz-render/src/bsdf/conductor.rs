@@ -92,5 +92,6 @@ pub(super) fn microfacet_reflection(distribution: &TrowbridgeReitz, wo: Vec3, wi
     let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
     let (so, si) = (distribution.stretched_length(wo), distribution.stretched_length(wi));
     let half_d = 0.5 * distribution.d(wm);
-    (half_d / (cos_i * so + cos_o * si), half_d / (cos_o + so))
+    // Cosines may be subnormal.
+    (half_d / (cos_i * so + cos_o * si).max(1e-30), half_d / (cos_o + so))
 }

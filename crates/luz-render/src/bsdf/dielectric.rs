@@ -21,10 +21,18 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
-    /// The interface with microfacets `distribution`, above a medium of relative index of refraction `eta`.
+    /// The interface with microfacets `distribution`, above a medium of relative index of refraction `eta > 0`.
+    ///
+    /// Within 10⁻⁴ of one it counts as one: half vectors would have no digits left.
     #[inline]
     pub fn new(distribution: TrowbridgeReitz, eta: f32) -> Self {
-        Self { eta, distribution }
+        Self { eta: Self::matched(eta), distribution }
+    }
+
+    /// `eta`, or one where it is hardly different from it.
+    #[inline(always)]
+    pub(super) fn matched(eta: f32) -> f32 {
+        if (eta - 1.0).abs() < 1e-4 { 1.0 } else { eta }
     }
 
     /// Index of refraction below over the one above.
@@ -106,7 +114,7 @@ impl Dielectric {
         let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
         let (so, si) = (self.distribution.stretched_length(wo), self.distribution.stretched_length(wi));
         let visible = 2.0 * self.distribution.d(wm) * dot_o.abs() * jacobian;
-        (visible / (cos_i * so + cos_o * si), visible / (cos_o + so))
+        (visible / (cos_i * so + cos_o * si).max(1e-30), visible / (cos_o + so))
     }
 
     /// The densities with which transmission alone is sampled from `wo` to `wi`, and from `wi` to `wo`, through a

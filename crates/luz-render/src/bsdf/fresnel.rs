@@ -37,11 +37,12 @@ pub fn conductor(cos_i: f32, eta: SampledSpectrum, k: SampledSpectrum) -> Sample
         let modulus = (re * re + im * im).sqrt();
         let a2_twice = 2.0 * (0.5 * (modulus + re)).max(0.0).sqrt() * cos;
         let s = modulus + cos2;
-        let perpendicular = (s - a2_twice) / (s + a2_twice);
+        let perpendicular = (s - a2_twice) / (s + a2_twice).max(f32::MIN_POSITIVE);
         let p = modulus * cos2 + sin2 * sin2;
         let q = a2_twice * sin2;
-        let parallel = perpendicular * (p - q) / (p + q);
-        0.5 * (perpendicular + parallel)
+        let parallel = perpendicular * (p - q) / (p + q).max(f32::MIN_POSITIVE);
+        // Rounding must not make a reflectance of nothing negative.
+        (0.5 * (perpendicular + parallel)).clamp(0.0, 1.0)
     })
 }
 

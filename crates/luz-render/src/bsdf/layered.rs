@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 use luz_color::SampledSpectrum;
 use luz_sample::{
     Samples,
+    mis::Heuristic,
     random::{Random, hash},
     warp,
 };
@@ -344,14 +345,10 @@ fn survives(beta: &mut SampledSpectrum, depth: u32, random: &mut Random) -> bool
     true
 }
 
-/// Weight of a technique of density `a` against one of density `b`, by the power heuristic.
+/// Weight of a technique of density `a` against one of density `b`, by pbrt-v4's heuristic.
 #[inline]
 pub(super) fn mis_weight(a: f32, b: f32) -> f32 {
-    if a.is_infinite() {
-        return 1.0;
-    }
-    let ratio = b / a;
-    1.0 / (1.0 + ratio * ratio)
+    Heuristic::Power(2.0).weight2(1.0, a, 1.0, b)
 }
 
 /// Random numbers that follow from a seed and two vectors.

@@ -1,0 +1,46 @@
+//! Padded Owen-scrambled Sobol points, independent between pixels.
+
+use super::Points;
+use crate::owen::{laine_karras, sobol_x, sobol_y};
+use crate::random::{GOLDEN, mix};
+
+/// Every pair of dimensions is a randomised Sobol (0, 2)-sequence of its own, every single dimension a van der Corput
+/// sequence: pixel and dimension choose an Owen shuffle of the index and an Owen scramble of each coordinate (Burley 2020).
+///
+/// The first two dimensions of Sobol's sequence have the best two-dimensional stratification that there is, in every pair
+/// that is drawn together, whatever its number, and need no tables.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sobol {
+    key: u64,
+    /// The sample index, bit-reversed.
+    reversed: u32,
+}
+
+impl Sobol {
+    #[inline]
+    pub(super) fn new(key: u64, sample_index: u32) -> Self {
+        Self { key, reversed: sample_index.reverse_bits() }
+    }
+
+    /// The shuffled index, and the seed of the first scramble and a word for the second.
+    #[inline(always)]
+    fn shuffle(&self, dimension: u32) -> (u32, u64) {
+        let bits = mix(self.key.wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension))));
+        (laine_karras(self.reversed, bits as u32).reverse_bits(), bits)
+    }
+}
+
+impl Points for Sobol {
+    #[inline(always)]
+    fn point_1d(&self, dimension: u32) -> u32 {
+        let (index, bits) = self.shuffle(dimension);
+        sobol_x(index, (bits >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn point_2d(&self, dimension: u32) -> [u32; 2] {
+        let (index, bits) = self.shuffle(dimension);
+        let more = bits.wrapping_mul(0xd6e8_feb8_6659_fd93);
+        [sobol_x(index, (bits >> 32) as u32), sobol_y(u64::from(index), (more >> 32) as u32)]
+    }
+}
