@@ -218,8 +218,9 @@ pub struct RenderOptions {
 /// A scene as plain data. Entities that the scene leaves out have pbrt-v4's defaults: camera `perspective`, sampler
 /// `zsobol`, pixel filter `gaussian`, integrator `volpath`, accelerator `bvh`, film `rgb`.
 ///
-/// Every index is valid; textures and mix materials use only textures and materials defined before them, so neither
-/// can contain itself.
+/// Every index is valid, and every name of a texture or a material in a parameter is that of one that exists. Textures
+/// and mix materials use only what stands before them in [`Description::textures`] and [`Description::materials`], so
+/// that both can be built from front to back.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// `Camera`.
@@ -248,9 +249,10 @@ pub struct Description {
     pub lights: Vec<LightEntity>,
     /// `AreaLightSource`, in order.
     pub area_lights: Vec<Entity>,
-    /// `Material` and `MakeNamedMaterial`, in order; the first is the default material, `diffuse`.
+    /// `Material` and `MakeNamedMaterial`, in order of definition (but see above); the first is the default material,
+    /// `diffuse`.
     pub materials: Vec<MaterialEntity>,
-    /// `Texture`, in order.
+    /// `Texture`, in order of definition (but see above).
     pub textures: Vec<TextureEntity>,
     /// `MakeNamedMedium`, in order.
     pub media: Vec<MediumEntity>,

@@ -11,7 +11,11 @@ pub mod diagnostic;
 pub mod file;
 pub mod mesh;
 pub mod parameters;
+pub mod pbrt;
+pub mod ply;
+pub mod schema;
 pub mod source;
+pub mod spd;
 pub mod spectrum;
 
 pub use description::{
@@ -21,5 +25,6 @@ pub use description::{
 pub use diagnostic::{Diagnostic, Diagnostics, SceneErrors, Severity};
 pub use mesh::MeshData;
 pub use parameters::{FloatOrTexture, Parameter, ParameterList, ParameterType, SpectrumOrTexture, Values};
+pub use pbrt::{Limits, ReadOptions, read, read_bytes, read_str, read_with};
 pub use source::{FileId, SourceMap, Span};
 pub use spectrum::{ColorSpace, SpectrumParameter};

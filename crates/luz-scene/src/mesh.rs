@@ -19,6 +19,8 @@ pub struct MeshData {
     pub quads: Vec<[u32; 4]>,
     /// The file's own number of each face, triangles first, then quadrilaterals; empty if the file has none.
     pub face_indices: Vec<i32>,
+    /// How many normals and texture coordinates were not finite in the file; they are zero here.
+    pub replaced: usize,
 }
 
 impl MeshData {

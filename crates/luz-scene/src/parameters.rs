@@ -148,8 +148,6 @@ pub struct Parameter {
     pub name_span: Span,
     /// The values, with their brackets.
     pub value_span: Span,
-    /// Does it come from an `Attribute` directive? Those may stay unused.
-    pub from_attribute: bool,
     used: AtomicBool,
 }
 
@@ -161,7 +159,6 @@ impl Clone for Parameter {
             values: self.values.clone(),
             name_span: self.name_span,
             value_span: self.value_span,
-            from_attribute: self.from_attribute,
             used: AtomicBool::new(self.is_used()),
         }
     }
@@ -171,7 +168,7 @@ impl Parameter {
     /// A parameter that nobody has asked for yet.
     #[must_use]
     pub fn new(name: Arc<str>, kind: ParameterType, values: Values, name_span: Span, value_span: Span) -> Self {
-        Self { name, kind, values, name_span, value_span, from_attribute: false, used: AtomicBool::new(false) }
+        Self { name, kind, values, name_span, value_span, used: AtomicBool::new(false) }
     }
 
     /// Has somebody asked for it?
@@ -222,38 +219,51 @@ pub enum SpectrumOrTexture<'a> {
 /// where type or number of values are wrong.
 #[derive(Clone, Debug, Default)]
 pub struct ParameterList {
-    /// Those of `Attribute` first.
-    list: Vec<Parameter>,
+    /// Those of `Attribute`, shared by all entities they apply to.
+    inherited: Arc<Vec<Arc<Parameter>>>,
+    own: Vec<Parameter>,
 }
 
 impl ParameterList {
-    /// A list; those of `Attribute` must come first.
+    /// A list of an entity's own parameters.
     #[must_use]
-    pub fn new(list: Vec<Parameter>) -> Self {
-        Self { list }
+    pub fn new(own: Vec<Parameter>) -> Self {
+        Self { inherited: Arc::default(), own }
+    }
+
+    /// A list of an entity's own parameters and those that `Attribute` directives gave it.
+    #[must_use]
+    pub fn with_inherited(own: Vec<Parameter>, inherited: Arc<Vec<Arc<Parameter>>>) -> Self {
+        Self { inherited, own }
     }
 
     /// All parameters, in the order of the text, those of `Attribute` first.
-    pub fn iter(&self) -> std::slice::Iter<'_, Parameter> {
-        self.list.iter()
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &Parameter> {
+        self.inherited.iter().map(|p| &**p).chain(&self.own)
+    }
+
+    /// The entity's own parameters, without those of `Attribute`.
+    #[must_use]
+    pub fn own(&self) -> &[Parameter] {
+        &self.own
     }
 
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.list.len()
+        self.inherited.len() + self.own.len()
     }
 
     /// Are there none?
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
+        self.len() == 0
     }
 
     /// The parameter of this name that counts, of whatever type, without noting that it was asked for.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Parameter> {
-        self.list.iter().rev().find(|p| &*p.name == name)
+        self.iter().rev().find(|p| &*p.name == name)
     }
 
     /// Is there a parameter of this name?
@@ -270,7 +280,7 @@ impl ParameterList {
 
     /// Notes that the parameters of this name were asked for.
     pub fn mark_used(&self, name: &str) {
-        self.list.iter().filter(|p| &*p.name == name).for_each(Parameter::mark_used);
+        self.iter().filter(|p| &*p.name == name).for_each(Parameter::mark_used);
     }
 
     /// The last parameter of this name and of a type that will do. Says so if there are only others.
@@ -282,7 +292,7 @@ impl ParameterList {
         diagnostics: &mut Diagnostics,
     ) -> Option<&Parameter> {
         let mut mismatch: Option<&Parameter> = None;
-        for parameter in self.list.iter().rev().filter(|p| &*p.name == name) {
+        for parameter in self.iter().rev().filter(|p| &*p.name == name) {
             if accept(parameter.kind) {
                 parameter.mark_used();
                 return Some(parameter);
@@ -491,9 +501,9 @@ impl ParameterList {
     /// Reports every parameter that nobody asked for, `Attribute`'s and those shadowed by a later definition excepted,
     /// as an error with a suggestion out of `known`.
     pub fn report_unused(&self, known: &[&str], diagnostics: &mut Diagnostics) {
-        for (index, parameter) in self.list.iter().enumerate() {
-            let shadowed = || self.list[index + 1..].iter().any(|later| later.name == parameter.name);
-            if parameter.is_used() || parameter.from_attribute || shadowed() {
+        for (index, parameter) in self.own.iter().enumerate() {
+            let shadowed = || self.own[index + 1..].iter().any(|later| later.name == parameter.name);
+            if parameter.is_used() || shadowed() {
                 continue;
             }
             let message = if known.contains(&&*parameter.name) {
@@ -510,14 +520,6 @@ impl ParameterList {
     }
 }
 
-impl<'a> IntoIterator for &'a ParameterList {
-    type Item = &'a Parameter;
-    type IntoIter = std::slice::Iter<'a, Parameter>;
-    fn into_iter(self) -> Self::IntoIter {
-        self.list.iter()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -527,15 +529,15 @@ mod tests {
     }
 
     fn list() -> ParameterList {
-        let mut attribute = parameter("alpha", ParameterType::Float, Values::Floats(vec![0.5]));
-        attribute.from_attribute = true;
-        ParameterList::new(vec![
-            attribute,
+        let attributes = [("alpha", 0.5), ("radius", 7.0)]
+            .map(|(name, value)| Arc::new(parameter(name, ParameterType::Float, Values::Floats(vec![value]))));
+        let own = vec![
             parameter("radius", ParameterType::Float, Values::Floats(vec![1.0])),
             parameter("radius", ParameterType::Float, Values::Floats(vec![2.0])),
             parameter("P", ParameterType::Point3, Values::Floats(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0])),
             parameter("reflectence", ParameterType::Rgb, Values::Spectra(vec![SpectrumParameter::Blackbody(1.0)])),
-        ])
+        ];
+        ParameterList::with_inherited(own, Arc::new(attributes.to_vec()))
     }
 
     fn messages(diagnostics: &Diagnostics) -> Vec<&str> {

@@ -46,7 +46,7 @@ pub struct SourceFile {
     /// The `Include` or `Import` that asked for it; `None` for the top-level scene.
     pub included_from: Option<Span>,
     /// The bytes, unless the file is bigger than [`KEPT_TEXT_BYTES`] and has a path.
-    pub text: Option<Arc<[u8]>>,
+    pub text: Option<Arc<Vec<u8>>>,
 }
 
 /// Every file that a scene was read from, in the order of reading.
@@ -100,11 +100,11 @@ impl SourceMap {
 
     /// The bytes of a file: those kept, or read again from disk (and decompressed), if they still can be.
     #[must_use]
-    pub fn text(&self, id: FileId) -> Option<Arc<[u8]>> {
+    pub fn text(&self, id: FileId) -> Option<Arc<Vec<u8>>> {
         let file = self.file(id)?;
         match (&file.text, &file.path) {
             (Some(text), _) => Some(text.clone()),
-            (None, Some(path)) => crate::file::read_bytes(path, u64::MAX).ok().map(Into::into),
+            (None, Some(path)) => crate::file::read_bytes(path, u64::MAX).ok().map(Arc::new),
             (None, None) => None,
         }
     }
@@ -145,7 +145,7 @@ impl SourceMap {
         name: String,
         path: Option<&Path>,
         included_from: Option<Span>,
-        text: &Arc<[u8]>,
+        text: &Arc<Vec<u8>>,
     ) -> FileId {
         let keep = path.is_none() || text.len() <= KEPT_TEXT_BYTES;
         let text = keep.then(|| text.clone());
@@ -200,7 +200,7 @@ mod tests {
 
     fn map(text: &str) -> SourceMap {
         let mut map = SourceMap::default();
-        map.add_text("scene.pbrt".into(), None, None, &Arc::from(text.as_bytes()));
+        map.add_text("scene.pbrt".into(), None, None, &Arc::new(text.as_bytes().to_vec()));
         map
     }
 

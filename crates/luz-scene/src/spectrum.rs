@@ -60,7 +60,7 @@ pub enum SpectrumParameter {
     Blackbody(f32),
     /// `"spectrum …" [λ₀ v₀ λ₁ v₁ …]`: wavelengths in nm, strictly increasing, and values; linear in between. Not empty.
     Samples(Arc<[(f32, f32)]>),
-    /// `"spectrum …" "metal-Au-eta"`: one of pbrt-v4's named spectra.
+    /// `"spectrum …" "metal-Au-eta"`: one of [`crate::schema::NAMED_SPECTRA`].
     Named(Arc<str>),
     /// `"spectrum …" "file.spd"`: as `Samples`, from a file.
     File {
