@@ -2,7 +2,7 @@
 
 use super::exit::EXIT_CODES;
 use super::values::{
-    CropArgument, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName, Threshold,
+    CropArgument, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
@@ -81,6 +81,9 @@ pub struct RenderArguments {
     /// Brighten the tone-mapped pictures by so many stops (EV); the EXR stays as it is
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::values::finite)]
     pub exposure: f32,
+    /// How light beyond white is shown in the tone-mapped pictures
+    #[arg(long, value_name = "NAME", default_value = "clip")]
+    pub tone_map: ToneMapName,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,

@@ -6,7 +6,6 @@ use luz::render::film::{Film, PixelBounds};
 use luz::render::world::WorldStatistics;
 use luz::render::{RenderCost, Renderer};
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Why a render ended.
@@ -129,13 +128,11 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Writes the report to a file, whole or not at all.
-    pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        let directory = path.parent().filter(|d| !d.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut file = tempfile::NamedTempFile::new_in(directory)?;
-        serde_json::to_writer_pretty(&mut file, self)?;
-        file.write_all(b"\n")?;
-        super::output::publish(file, path)
+    /// The report as text.
+    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let mut bytes = serde_json::to_vec_pretty(self)?;
+        bytes.push(b'\n');
+        Ok(bytes)
     }
 }
 

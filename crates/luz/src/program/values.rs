@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use glam::Vec2;
 use luz::geometry::SimdLevel;
-use luz::image::Format;
+use luz::image::{Format, ToneOperator};
 use luz::render::Crop;
 use luz::render::film::{FilmKind, Filter, FilterKind};
 use luz::sample::SamplerKind;
@@ -85,8 +85,8 @@ pub struct OutputFile {
 impl OutputFile {
     /// A file whose extension says its format.
     pub fn new(path: &Path) -> Result<Self, String> {
-        let format = Format::from_path(path).filter(|format| format.can_write()).ok_or_else(|| {
-            let known = "known are exr, pfm, hdr, png, jpg and tiff";
+        let format = Format::from_path(path).ok_or_else(|| {
+            let known = "known are exr, pfm, hdr, png, jpg, tiff, bmp and tga";
             match path.extension() {
                 Some(extension) => format!("no format is called `{}`; {known}", extension.display()),
                 None => format!("the extension chooses the format; {known}"),
@@ -276,6 +276,27 @@ pub fn film_name(kind: FilmKind) -> &'static str {
     match kind {
         FilmKind::Rgb => "rgb",
         FilmKind::GBuffer => "gbuffer",
+    }
+}
+
+/// Tone mapping operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ToneMapName {
+    /// It becomes white: exact below, as for comparing pictures
+    Clip,
+    /// Compressed by Reinhard's curve, hues kept
+    Reinhard,
+    /// Compressed by a film-like curve
+    Filmic,
+}
+
+impl From<ToneMapName> for ToneOperator {
+    fn from(name: ToneMapName) -> Self {
+        match name {
+            ToneMapName::Clip => Self::Clip,
+            ToneMapName::Reinhard => Self::Reinhard { white: 4.0 },
+            ToneMapName::Filmic => Self::Filmic,
+        }
     }
 }
 
