@@ -18,7 +18,7 @@
 //! assert!(film.relative_error() < 0.2);
 //! let image = film.to_image(); // R, G, B, and the variance of each
 //! # let path = std::env::temp_dir().join(format!("luz-doc-{}.exr", std::process::id()));
-//! luz::image::write(&image, &path)?; // by its extension: linear OpenEXR
+//! image.write(&path)?; // by its extension: linear OpenEXR
 //! # std::fs::remove_file(path)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -2,7 +2,7 @@
 
 use super::exit::EXIT_CODES;
 use super::values::{
-    CropArgument, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName, Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
@@ -177,9 +177,18 @@ pub struct CompareArguments {
     /// What it should look like, of the same size
     #[arg(value_name = "REFERENCE")]
     pub b: PathBuf,
-    /// Write a false-colour map of the error (png, jpg, tiff), or the error itself (exr, pfm)
+    /// Write a map of the error: in false colours (png, jpg, tiff …), or image − reference itself (exr, pfm)
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<OutputFile>,
+    /// What the false colours show
+    #[arg(long, value_name = "NAME", default_value = "absolute")]
+    pub error: ErrorName,
+    /// The error that gets the brightest colour [default: what 99 % of the pixels stay below]
+    #[arg(long, value_name = "ERROR", value_parser = super::values::positive)]
+    pub scale: Option<f32>,
+    /// White, for PSNR and SSIM
+    #[arg(long, value_name = "VALUE", default_value_t = 1.0, value_parser = super::values::positive_f64)]
+    pub peak: f64,
     /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim or z-test. Repeat it for several
     #[arg(long, value_name = "METRIC=VALUE")]
     pub threshold: Vec<Threshold>,

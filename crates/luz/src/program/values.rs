@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use glam::Vec2;
 use luz::geometry::SimdLevel;
+use luz::image::metrics::ErrorMeasure;
 use luz::image::{Format, ToneOperator};
 use luz::render::Crop;
 use luz::render::film::{FilmKind, Filter, FilterKind};
@@ -20,6 +21,19 @@ pub fn finite(text: &str) -> Result<f32, String> {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err("expected a number".to_owned()),
     }
+}
+
+/// A number above zero.
+pub fn positive_f64(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a number above zero".to_owned()),
+    }
+}
+
+/// A number above zero.
+pub fn positive(text: &str) -> Result<f32, String> {
+    finite(text).ok().filter(|v| *v > 0.0).ok_or_else(|| "expected a number above zero".to_owned())
 }
 
 /// `WxH`, both positive.
@@ -163,6 +177,27 @@ impl FromStr for Threshold {
             }
             Ok(value) if value.is_finite() => Ok(Self { metric, value }),
             _ => Err(format!("`{}` is not a number", value.trim())),
+        }
+    }
+}
+
+/// What an error map shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ErrorName {
+    /// |image − reference|
+    Absolute,
+    /// (image − reference)²
+    Squared,
+    /// |image − reference| / √(reference² + 0.01)
+    Relative,
+}
+
+impl From<ErrorName> for ErrorMeasure {
+    fn from(name: ErrorName) -> Self {
+        match name {
+            ErrorName::Absolute => Self::Absolute,
+            ErrorName::Squared => Self::Squared,
+            ErrorName::Relative => Self::Relative,
         }
     }
 }
