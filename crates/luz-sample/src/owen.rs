@@ -32,28 +32,51 @@ pub(crate) const fn laine_karras_64(mut x: u64, seed: u64) -> u64 {
     x ^ x.wrapping_mul(0x6c1c_9a2b_53a2_2864)
 }
 
+/// How many low bits of an index [`mix_low_bits`] mixes at most.
+pub(crate) const MIXED_BITS: u32 = 4;
+
+/// Shuffles indices within aligned blocks of `mask + 1`.
+///
+/// The nested shuffle alone has a flaw where several sequences are padded together: two neighbouring indices are well apart
+/// in every one of them, and what is negatively correlated in two dimensions is positively correlated in their product. At 64
+/// samples that raises the variance of `Π 2xᵢ` over two pairs by 40 % above that of pairs in random order. Most of it comes
+/// from the smallest blocks. To give up their order takes it away, at the price that prefixes of a sequence are good
+/// point sets in steps of the block only.
+#[inline(always)]
+pub(crate) const fn mix_low_bits(index: u32, mask: u32, seed: u32) -> u32 {
+    // The nested shuffle let high bits act on low ones, here low ones act on high ones.
+    index ^ ((index ^ laine_karras(index, seed)) & mask)
+}
+
 /// The first dimension of the Sobol sequence, scrambled: the van der Corput sequence.
 #[inline(always)]
-pub(crate) const fn sobol_x(index: u32, seed: u32) -> u32 {
+pub(crate) const fn sobol_1d(index: u32, seed: u32) -> u32 {
     // The digits of the radical inverse, reversed, are those of the index.
     laine_karras(index, seed).reverse_bits()
 }
 
-/// The second dimension of the Sobol sequence, scrambled.
+/// The first two dimensions of the Sobol sequence, scrambled.
+#[inline(always)]
+pub(crate) const fn sobol_2d(index: u64, seeds: [u32; 2]) -> [u32; 2] {
+    let x = laine_karras(index as u32, seeds[0]);
+    let y = laine_karras(second_dimension(index), seeds[1]);
+    let both = (y as u64 | (x as u64) << 32).reverse_bits();
+    [both as u32, (both >> 32) as u32]
+}
+
+/// The second dimension of the Sobol sequence as reversed digits.
 ///
 /// Its generator matrix, from the primitive polynomial `x + 1` with the initial number 1 (Joe and Kuo 2008), is Pascal's
 /// triangle modulo two: digit `j` is the sum of the index's bits `k` with an odd binomial `C(k, j)`, which are the `k` whose
 /// set bits include those of `j` (Lucas). That is a sum over supersets, done for all digits at once in six steps.
 #[inline(always)]
-pub(crate) const fn sobol_y(index: u64, seed: u32) -> u32 {
-    let mut v = index;
-    v ^= v >> 32;
-    v ^= (v >> 16) & 0x0000_ffff;
+const fn second_dimension(index: u64) -> u32 {
+    let mut v = index as u32 ^ (index >> 32) as u32;
+    v ^= v >> 16;
     v ^= (v >> 8) & 0x00ff_00ff;
     v ^= (v >> 4) & 0x0f0f_0f0f;
     v ^= (v >> 2) & 0x3333_3333;
-    v ^= (v >> 1) & 0x5555_5555;
-    laine_karras(v as u32, seed).reverse_bits()
+    v ^ ((v >> 1) & 0x5555_5555)
 }
 
 #[cfg(test)]
@@ -75,14 +98,14 @@ mod tests {
 
     #[test]
     fn pascals_triangle_is_the_second_sobol_dimension() {
-        // A seed of zero scrambles too, so undo that for a comparison.
-        let unscrambled = |index: u32| {
-            let y = sobol_y(u64::from(index), 7);
-            let expected = laine_karras(by_direction_numbers(index).reverse_bits(), 7).reverse_bits();
-            assert_eq!(y, expected, "{index}");
+        let check = |index: u32| {
+            assert_eq!(second_dimension(u64::from(index)).reverse_bits(), by_direction_numbers(index), "{index}");
+            let [x, y] = sobol_2d(u64::from(index), [5, 7]);
+            assert_eq!(x, sobol_1d(index, 5));
+            assert_eq!(y, laine_karras(second_dimension(u64::from(index)), 7).reverse_bits());
         };
-        (0..5000).for_each(unscrambled);
-        (0..5000).map(|i| i * 858_993 + 123).for_each(unscrambled);
+        (0..5000).for_each(check);
+        (0..5000).map(|i| i * 858_993 + 123).for_each(check);
     }
 
     #[test]
@@ -95,7 +118,7 @@ mod tests {
                 let x = seed.rotate_left(11) ^ 0x1357_9bdf;
                 let y = x ^ (1 << k);
                 let (a, b) = (laine_karras(x, seed), laine_karras(y, seed));
-                assert_eq!((a ^ b) & ((1 << (k + 1)) - 1), 1 << k);
+                assert_eq!(u64::from(a ^ b) & ((1 << (k + 1)) - 1), 1 << k);
                 let wide =
                     laine_karras_64(u64::from(x), u64::from(seed)) ^ laine_karras_64(u64::from(y), u64::from(seed));
                 assert_eq!(wide & ((1 << (k + 1)) - 1), 1 << k);

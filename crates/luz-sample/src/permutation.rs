@@ -11,20 +11,17 @@ pub(crate) fn permute(i: u32, n: u32, seed: u64) -> u32 {
     }
     let mask = u32::MAX >> (n - 1).leading_zeros();
     let shift = mask.count_ones().div_ceil(2);
-    let (low, high) = (seed as u32, (seed >> 32) as u32);
+    // Few bits need more rounds before all orders are equally likely.
+    let rounds = if mask < 16 { 8 } else { 4 };
     let mut x = i;
     loop {
-        // Between the multiplications, the high half is folded into the low half, and the order is turned by sums.
-        x = x.wrapping_add(low) & mask;
-        x = x.wrapping_mul(0x9e37_79b1 ^ (low >> 8 & !1)) & mask;
-        x ^= x >> shift;
-        x = x.wrapping_add(high) & mask;
-        x = x.wrapping_mul(0x85eb_ca6b ^ (high >> 8 & !1)) & mask;
-        x ^= x >> shift;
-        x = x.wrapping_add(low >> 16) & mask;
-        x = x.wrapping_mul((high >> 20) | 1) & mask;
-        x ^= x >> shift;
-        x = x.wrapping_add(high >> 16) & mask;
+        let mut seed = seed;
+        for _ in 0..rounds {
+            x = x.wrapping_add(seed as u32);
+            x = x.wrapping_mul((seed >> 32) as u32 | 1) & mask;
+            x ^= x >> shift;
+            seed = seed.wrapping_mul(0xd134_2543_de82_ef95).rotate_left(23);
+        }
         if x < n {
             return x;
         }

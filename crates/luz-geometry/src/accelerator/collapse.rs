@@ -81,7 +81,9 @@ impl Maker<'_> {
         let first = self.tree.packets.len();
         for four in primitives.chunks(LANES) {
             let mut packet = TrianglePacket::zeroed();
-            for (lane, p) in four.iter().enumerate() {
+            for lane in 0..LANES {
+                // Places left over repeat the last triangle: nothing then needs to know that they are left over.
+                let p = four[lane.min(four.len() - 1)];
                 if let Shape::Triangles(mesh) = &self.shapes[p.shape() as usize] {
                     packet.set(lane, mesh.corners(p.primitive() as usize), p.shape(), p.primitive());
                 }

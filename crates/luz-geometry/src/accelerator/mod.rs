@@ -3,10 +3,9 @@
 mod binary;
 mod collapse;
 mod instance;
-mod kernel;
+
 mod node;
 mod simd;
-mod traverse;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -18,7 +17,7 @@ use self::binary::Primitive;
 use self::instance::Instance;
 use self::node::{Child, Tree};
 use self::simd::Level;
-use self::traverse::{All, Filter, Traversal};
+use self::simd::{All, Filter, Traversal};
 use crate::{AreaSample, Bounds3, Hit, NO_INSTANCE, Ray, Reference, Shape, SolidAngleSample, SurfacePoint};
 
 /// A shape in an [`Accelerator`].

@@ -67,6 +67,16 @@ impl Child {
     }
 
     #[inline(always)]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    #[inline(always)]
     pub fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
@@ -88,8 +98,7 @@ impl Child {
     }
 }
 
-/// Four triangles, coordinate by coordinate. Places without a triangle have all corners at the same point, which no ray
-/// hits.
+/// Four triangles, coordinate by coordinate. Where there are fewer, the last is repeated.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(16))]
 pub(super) struct TrianglePacket {

@@ -36,13 +36,15 @@ pub enum CoatWeights {
     Exact,
     /// As in pbrt-v4 (`LayeredBxDF::f`), which takes, for the second technique, the density of the opposite direction,
     /// from the inside to `wi`. The weights sum to more than one: at light samples, the base of a rough coat looks 1 to
-    /// 10 % brighter, more at grazing angles. Samples are not affected. For pictures that shall agree with pbrt-v4's.
+    /// 10 % brighter, more at grazing angles (issue 187 of pbrt-v4). Samples are not affected, so that sampling lights and
+    /// sampling the BSDF have different expectations. For pictures that shall agree with pbrt-v4's.
     PbrtV4,
 }
 
 /// The dielectric interface of a coat of given thickness, as seen by a Lambertian base below it.
 ///
-/// Built once per material and shared by every [`CoatedDiffuse`](super::CoatedDiffuse) of it.
+/// Built once per material and shared by every [`CoatedDiffuse`](super::CoatedDiffuse) of it. On a server core a smooth
+/// interface takes microseconds, a rough one 2 ms, an anisotropic one 15 ms and a textured one 60 ms.
 #[derive(Debug)]
 pub struct CoatInterface {
     eta: f32,
@@ -89,7 +91,7 @@ pub(super) struct Directional {
     pub transmittance: f32,
     /// Fraction that the interface reflects, single scattering.
     pub reflectance: f32,
-    /// `transmittance` as [`CoatWeights::PbrtV4`] estimates it for light that leaves the base.
+    /// `transmittance` as [`CoatWeights::PbrtV4`] estimates it for light that comes through the coat's outside to the base.
     pub emergence: f32,
 }
 

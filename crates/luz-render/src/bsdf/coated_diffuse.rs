@@ -130,7 +130,8 @@ impl<'a> CoatedDiffuse<'a> {
         (f, pdf)
     }
 
-    /// Samples the coat's lobe or the base's, by their share of the albedo; the density is that of the mixture.
+    /// Samples the coat's lobe or the base's, by their share of the albedo; the density is that of the mixture. The value
+    /// has exact weights, whatever [`CoatWeights`] evaluations use.
     #[inline]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
         let cos = wo.z.abs();

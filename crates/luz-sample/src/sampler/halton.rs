@@ -1,7 +1,7 @@
 //! The scrambled Halton sequence.
 
 use super::Points;
-use crate::owen::{laine_karras, sobol_x};
+use crate::owen::{laine_karras, sobol_1d};
 use crate::permutation::permute;
 use crate::random::{Random, mix};
 
@@ -64,7 +64,7 @@ impl Points for Halton {
         }
         let seed = self.order.at(dimension);
         if base == 2 {
-            return sobol_x(index, seed as u32);
+            return sobol_1d(index, seed as u32);
         }
         let base = u32::from(base);
         let (mut prefix, mut strata) = (0u64, 1u64);

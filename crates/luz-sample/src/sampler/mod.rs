@@ -140,7 +140,7 @@ impl Sampler {
             SamplerKind::Independent => State::Independent(Random::of_stream(key, u64::from(sample_index))),
             SamplerKind::Stratified => State::Stratified(Stratified::new(key, samples_per_pixel, sample_index)),
             SamplerKind::Halton => State::Halton(Halton::new(key, samples_per_pixel, sample_index)),
-            SamplerKind::Sobol => State::Sobol(Sobol::new(key, sample_index)),
+            SamplerKind::Sobol => State::Sobol(Sobol::new(key, samples_per_pixel, sample_index)),
             SamplerKind::ZSobol => State::ZSobol(ZSobol::new(seed, pixel, samples_per_pixel, sample_index)),
         };
         PixelSamples { state, dimension: 0, sampler: self }

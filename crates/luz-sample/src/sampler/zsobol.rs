@@ -1,7 +1,7 @@
 //! Owen-scrambled Sobol points in shuffled Z-order over the image.
 
 use super::Points;
-use crate::owen::{laine_karras_64, sobol_x, sobol_y};
+use crate::owen::{MIXED_BITS, laine_karras_64, mix_low_bits, sobol_1d, sobol_2d};
 use crate::random::{GOLDEN, mix, stream_key};
 
 /// One randomised Sobol sequence for every pair of dimensions, dealt out to all samples of all pixels along the Z-order curve
@@ -19,9 +19,14 @@ pub(super) struct ZSobol {
     key: u64,
     /// The index along the curve, bit-reversed.
     reversed: u64,
+    /// The low bits of the index whose order is given up, within a pixel.
+    mask: u32,
     /// Where the higher bits of quadrants are in the reversed index.
     quadrants: u64,
 }
+
+/// The low half of a word.
+const LOW: u64 = 0xffff_ffff;
 
 /// The bits of `x` at the even places of a 64-bit number.
 #[inline]
@@ -47,6 +52,7 @@ impl ZSobol {
         Self {
             key: stream_key(seed, round),
             reversed: (curve << bits | sample).reverse_bits(),
+            mask: (1 << bits.min(MIXED_BITS)) - 1,
             quadrants: (odd_places << bits).reverse_bits(),
         }
     }
@@ -63,7 +69,8 @@ impl ZSobol {
         v ^= swap | swap << 1;
         v ^= v >> 1 & crosswise;
         let shuffled = laine_karras_64(v, bits.wrapping_mul(0xa076_1d64_78bd_642f));
-        (shuffled.reverse_bits(), bits)
+        let index = shuffled.reverse_bits();
+        (index & !LOW | u64::from(mix_low_bits(index as u32, self.mask, (bits >> 16) as u32)), bits)
     }
 }
 
@@ -71,13 +78,13 @@ impl Points for ZSobol {
     #[inline]
     fn point_1d(&self, dimension: u32) -> u32 {
         let (index, bits) = self.shuffle(dimension);
-        sobol_x(index as u32, (bits >> 32) as u32)
+        sobol_1d(index as u32, (bits >> 32) as u32)
     }
 
     #[inline]
     fn point_2d(&self, dimension: u32) -> [u32; 2] {
         let (index, bits) = self.shuffle(dimension);
         let more = bits.wrapping_mul(0xd6e8_feb8_6659_fd93);
-        [sobol_x(index as u32, (bits >> 32) as u32), sobol_y(index, (more >> 32) as u32)]
+        sobol_2d(index, [(bits >> 32) as u32, (more >> 32) as u32])
     }
 }

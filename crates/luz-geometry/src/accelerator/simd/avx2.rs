@@ -2,9 +2,9 @@
 
 use std::arch::x86_64::*;
 
-use super::super::kernel::{Distances, Kernel, PacketHits, Slabs};
 use super::super::node::{LANES, Tree, TrianglePacket, WideNode};
-use super::super::traverse::{Filter, Traversal};
+use super::kernel::{Distances, Kernel, PacketHits, Slabs};
+use super::walk::{Filter, Traversal};
 use crate::shape::triangle::Shear;
 use crate::{Hit, Ray, gamma};
 
@@ -167,7 +167,7 @@ impl Kernel for Avx2 {
     }
 }
 
-/// Lanes whose edge functions all vanish in `f32`, once more in `f64`. Places without a triangle come here too.
+/// Lanes whose edge functions all vanish in `f32`, once more in `f64`.
 #[cold]
 #[inline(never)]
 fn exact(ray: &TriangleRay, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {

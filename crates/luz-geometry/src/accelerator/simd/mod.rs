@@ -2,10 +2,12 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+mod kernel;
+mod walk;
 
-use super::kernel::Scalar;
+use self::kernel::Scalar;
+pub(super) use self::walk::{All, Filter, Traversal};
 use super::node::Tree;
-use super::traverse::{Filter, Traversal};
 use crate::{Hit, Ray};
 
 /// Which instructions a traversal uses. All find the same hits, to the last bit.

@@ -2,15 +2,16 @@
 
 use std::mem::MaybeUninit;
 
-use super::binary::MAX_DEPTH;
+use super::super::binary::MAX_DEPTH;
+use super::super::instance::Instance;
+use super::super::node::{Child, Other, Tree, WIDTH};
 use super::kernel::{Distances, Kernel, PacketHits, Slabs};
-use super::node::{Child, Other, Tree, WIDTH};
-use super::{Accelerator, Instance};
+use crate::Accelerator;
 use crate::shape::triangle::Shear;
 use crate::{Hit, Ray};
 
 /// Which hits count.
-pub(super) trait Filter {
+pub(in super::super) trait Filter {
     /// Whether anything is ever rejected: if not, the filter costs nothing.
     const ACTIVE: bool;
 
@@ -18,7 +19,7 @@ pub(super) trait Filter {
 }
 
 /// Every hit counts.
-pub(super) struct All;
+pub(in super::super) struct All;
 
 impl Filter for All {
     const ACTIVE: bool = false;
@@ -38,17 +39,33 @@ impl<F: FnMut(&Hit) -> bool> Filter for F {
     }
 }
 
-/// Why the depth of the tree bounds the stack: each level leaves at most seven siblings behind.
+/// The depth of the tree bounds the stack: each level leaves at most seven siblings behind.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
 
-#[derive(Clone, Copy)]
-struct Entry {
-    child: Child,
-    distance: f32,
+/// A child that waits, and where the ray enters its box: the distance's bits above the child's. Distances are not
+/// negative, so that entries are ordered as their distances are.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u64);
+
+impl Entry {
+    #[inline(always)]
+    fn new(child: Child, distance: f32) -> Self {
+        Self(u64::from(distance.to_bits()) << 32 | u64::from(child.bits()))
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child::from_bits(self.0 as u32)
+    }
+
+    #[inline(always)]
+    fn distance(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
 }
 
 /// One query on one tree.
-pub(super) struct Traversal<'a, F> {
+pub(in super::super) struct Traversal<'a, F> {
     pub accelerator: &'a Accelerator,
     pub filter: &'a mut F,
     pub instance: u32,
@@ -80,7 +97,7 @@ impl<F: Filter> Traversal<'_, F> {
     /// The instruction set of `K` must be present, and `tree` one that [`Tree::build`] made: its indices are in range and
     /// its depth at most [`MAX_DEPTH`].
     #[inline(always)]
-    pub unsafe fn walk<K: Kernel, const ANY: bool>(&mut self, tree: &Tree, ray: &Ray, best: &mut Hit) -> bool {
+    pub(super) unsafe fn walk<K: Kernel, const ANY: bool>(&mut self, tree: &Tree, ray: &Ray, best: &mut Hit) -> bool {
         if tree.nodes.is_empty() {
             return false;
         }
@@ -107,39 +124,50 @@ impl<F: Filter> Traversal<'_, F> {
                 let mut take = || {
                     let i = mask.trailing_zeros() as usize & (WIDTH - 1);
                     mask &= mask - 1;
-                    (Entry { child: node.children[i], distance: distances.0[i] }, mask)
+                    (Entry::new(node.children[i], distances.0[i]), mask)
                 };
-                let (mut nearest, rest) = take();
+                // The nearest is gone down to, the others wait, farther ones deeper.
+                let (a, rest) = take();
                 if rest == 0 {
-                    current = nearest.child;
+                    current = a.child();
                     continue;
                 }
-                // The nearest is gone down to, the others wait, farther ones deeper.
-                let bottom = height;
-                loop {
-                    let (mut entry, rest) = take();
-                    if entry.distance < nearest.distance {
-                        std::mem::swap(&mut entry, &mut nearest);
-                    }
-                    let mut at = height;
-                    if !ANY {
-                        while at > bottom {
-                            // SAFETY: entries below `height` are written.
-                            let below = unsafe { stack[at - 1].assume_init() };
-                            if below.distance >= entry.distance {
-                                break;
-                            }
-                            stack[at] = MaybeUninit::new(below);
-                            at -= 1;
-                        }
-                    }
-                    stack[at] = MaybeUninit::new(entry);
+                let (b, rest) = take();
+                let (a, b) = (a.min(b), a.max(b));
+                if rest == 0 {
+                    stack[height] = MaybeUninit::new(b);
                     height += 1;
-                    if rest == 0 {
-                        break;
-                    }
+                    current = a.child();
+                    continue;
                 }
-                current = nearest.child;
+                let (c, mut rest) = take();
+                let (b, c) = (b.min(c), b.max(c));
+                let (a, b) = (a.min(b), a.max(b));
+                let bottom = height;
+                stack[height] = MaybeUninit::new(c);
+                stack[height + 1] = MaybeUninit::new(b);
+                height += 2;
+                let mut nearest = a;
+                while rest != 0 {
+                    let (entry, left) = take();
+                    rest = left;
+                    let falling = entry.max(nearest);
+                    nearest = entry.min(nearest);
+                    // Down to its place among those that wait.
+                    let mut at = height;
+                    while at > bottom {
+                        // SAFETY: entries below `height` are written.
+                        let below = unsafe { stack[at - 1].assume_init() };
+                        if below >= falling {
+                            break;
+                        }
+                        stack[at] = MaybeUninit::new(below);
+                        at -= 1;
+                    }
+                    stack[at] = MaybeUninit::new(falling);
+                    height += 1;
+                }
+                current = nearest.child();
             }
             if current != Child::EMPTY {
                 if current.is_other() {
@@ -186,8 +214,8 @@ impl<F: Filter> Traversal<'_, F> {
                 height -= 1;
                 // SAFETY: entries below `height` are written.
                 let entry = unsafe { stack[height].assume_init() };
-                if entry.distance <= best.t {
-                    current = entry.child;
+                if entry.distance() <= best.t {
+                    current = entry.child();
                     break;
                 }
             }

@@ -1,6 +1,6 @@
 //! What a traversal needs from an instruction set, and the portable version of it.
 
-use super::node::{LANES, TrianglePacket, WIDTH, WideNode};
+use super::super::node::{LANES, TrianglePacket, WIDTH, WideNode};
 use crate::Ray;
 use crate::shape::triangle::Shear;
 
