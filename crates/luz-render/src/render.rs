@@ -167,8 +167,7 @@ impl PassTask<'_> {
         let lens_u = samples.next_2d();
         let time_u = samples.next_1d();
         let ray = self.camera.ray(film, lens_u, time_u);
-        let differentials =
-            self.world.has_varying_textures().then(|| self.camera.differentials(film, lens_u, time_u));
+        let differentials = self.world.has_varying_textures().then(|| self.camera.differentials(film, lens_u, time_u));
 
         let mut features = Features::default();
         let to_rgb = |s: SampledSpectrum, w: &Wavelengths| reflectance_rgb(settings, s, w);

@@ -33,7 +33,7 @@ fn loaded() -> Loaded {
 }
 
 fn bits(film: &Film) -> Vec<u32> {
-    film.to_image().data().iter().map(|v| v.to_bits()).collect()
+    film.to_image().expect("it fits").data().iter().map(|v| v.to_bits()).collect()
 }
 
 fn with_threads(threads: usize, passes: &[u32]) -> Vec<u32> {

@@ -41,8 +41,10 @@ fn samples_carry_their_own_density_and_radiance() {
             let u = Vec2::new((i as f32 * 0.618_034) % 1.0, (i as f32 + 0.5) / 1000.0);
             let sample = light.sample(u, &wavelengths).expect("the map is not black");
             // A direction within rounding of a texel's border may be looked up in the next texel.
-            off += i32::from((light.pdf(sample.direction) / sample.pdf - 1.0).abs() > 1e-3
-                || (light.radiance(sample.direction, &wavelengths)[0] / sample.radiance[0] - 1.0).abs() > 1e-3);
+            off += i32::from(
+                (light.pdf(sample.direction) / sample.pdf - 1.0).abs() > 1e-3
+                    || (light.radiance(sample.direction, &wavelengths)[0] / sample.radiance[0] - 1.0).abs() > 1e-3,
+            );
         }
         assert!(off <= 3, "{kind:?}: {off} of 1000");
     }

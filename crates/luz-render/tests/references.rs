@@ -60,7 +60,7 @@ impl Measured {
     fn reference(name: &str) -> Self {
         let read = |file: String| {
             let path = data().join("references").join(file);
-            luz_image::read(&path).unwrap_or_else(|error| panic!("{error}"))
+            Image::read(&path).unwrap_or_else(|error| panic!("{error}"))
         };
         let (mean, variance) = (read(format!("{name}.exr")), read(format!("{name}.var.exr")));
         let channel = |image: &Image, wanted: &str| {
@@ -68,7 +68,7 @@ impl Measured {
         };
         let stride = (mean.channels().len(), variance.channels().len());
         let places = ["R", "G", "B"].map(|c| (channel(&mean, c), channel(&variance, c)));
-        let estimates = (0..(mean.width() * mean.height()) as usize)
+        let estimates = (0..mean.width() * mean.height())
             .map(|i| {
                 places.map(|(m, v)| Estimate {
                     mean: f64::from(mean.data()[i * stride.0 + m]),
@@ -77,7 +77,7 @@ impl Measured {
                 })
             })
             .collect();
-        Self { width: mean.width(), height: mean.height(), estimates }
+        Self { width: mean.width() as u32, height: mean.height() as u32, estimates }
     }
 
     fn film(film: &Film) -> Self {

@@ -25,20 +25,47 @@ fn scene(lights: &str, material: &str) -> String {
 }
 
 const LIGHTS: [(&str, &str); 9] = [
-    ("sphere", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 AttributeEnd"#),
-    ("partial sphere", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 "float zmax" 0.2 "float phimax" 200 AttributeEnd"#),
-    ("disk", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 3 0 Rotate 90 1 0 0 Shape "disk" "float radius" 0.8 AttributeEnd"#),
-    ("cylinder", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 2.5 0 Shape "cylinder" "float radius" 0.2 AttributeEnd"#),
-    ("triangles", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "trianglemesh" "point3 P" [-1 2.5 -1  1 2.5 -1  0 3 1  1 3.5 1] "integer indices" [0 1 2  1 2 3] AttributeEnd"#),
-    ("rectangle", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.5 -1  -1 2.5 1  1 2.5 1] AttributeEnd"#),
-    ("patch", r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.9 -1  -1 2.5 1.4  1 3.5 1] AttributeEnd"#),
+    (
+        "sphere",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 AttributeEnd"#,
+    ),
+    (
+        "partial sphere",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 "float zmax" 0.2 "float phimax" 200 AttributeEnd"#,
+    ),
+    (
+        "disk",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 3 0 Rotate 90 1 0 0 Shape "disk" "float radius" 0.8 AttributeEnd"#,
+    ),
+    (
+        "cylinder",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 2.5 0 Shape "cylinder" "float radius" 0.2 AttributeEnd"#,
+    ),
+    (
+        "triangles",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "trianglemesh" "point3 P" [-1 2.5 -1  1 2.5 -1  0 3 1  1 3.5 1] "integer indices" [0 1 2  1 2 3] AttributeEnd"#,
+    ),
+    (
+        "rectangle",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.5 -1  -1 2.5 1  1 2.5 1] AttributeEnd"#,
+    ),
+    (
+        "patch",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.9 -1  -1 2.5 1.4  1 3.5 1] AttributeEnd"#,
+    ),
     ("uniform sky", r#"LightSource "infinite" "rgb L" [0.5 0.7 1]"#),
-    ("two kinds", r#"LightSource "infinite" "rgb L" [0.1 0.1 0.2] AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.3 AttributeEnd"#),
+    (
+        "two kinds",
+        r#"LightSource "infinite" "rgb L" [0.1 0.1 0.2] AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.3 AttributeEnd"#,
+    ),
 ];
 
 const MATERIALS: [(&str, &str); 3] = [
     ("diffuse", r#"Material "diffuse" "rgb reflectance" [0.5 0.6 0.7]"#),
-    ("rough gold", r#"Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.25"#),
+    (
+        "rough gold",
+        r#"Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.25"#,
+    ),
     ("rough coat", r#"Material "coateddiffuse" "rgb reflectance" [0.5 0.2 0.2] "float roughness" 0.2"#),
 ];
 

@@ -4,7 +4,7 @@ mod filter;
 
 pub use filter::{Filter, FilterKind, FilterSample};
 
-use luz_image::Image;
+use luz_image::{Image, ImageError};
 use serde::Serialize;
 
 /// What the film measures, besides its own dimensions.
@@ -222,7 +222,10 @@ impl Film {
     }
 
     /// The picture with all that the film knows: `R G B`, `Variance.R …` of those means, and a `gbuffer`'s features.
-    pub fn to_image(&self) -> Image {
+    ///
+    /// # Errors
+    /// If the picture does not fit in memory.
+    pub fn to_image(&self) -> Result<Image, ImageError> {
         let mut channels: Vec<&str> = vec!["R", "G", "B", "Variance.R", "Variance.G", "Variance.B"];
         if self.kind == FilmKind::GBuffer {
             channels.extend(FEATURE_CHANNELS);
@@ -237,7 +240,7 @@ impl Film {
                 data.extend(features.map(|v| (v / count) as f32));
             }
         }
-        Image::from_data(self.bounds.width(), self.bounds.height(), &channels, data)
+        Image::from_data(self.bounds.width() as usize, self.bounds.height() as usize, channels, data)
     }
 }
 

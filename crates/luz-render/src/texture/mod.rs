@@ -4,7 +4,7 @@ mod mapping;
 mod pyramid;
 
 pub use mapping::{Coordinates, Mapping};
-pub use pyramid::{Pyramid, TexelFilter, Wrap};
+pub use pyramid::{Pyramid, TexelFilter};
 
 use glam::{Vec2, Vec3};
 use luz_color::{RgbColorSpace, SampledSpectrum, Spectrum, Wavelengths};

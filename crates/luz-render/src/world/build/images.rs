@@ -1,8 +1,8 @@
 //! Image files, read once however often they are used.
 
-use crate::texture::{Pyramid, SpectrumImage, SpectrumKind, TexelFilter, Wrap};
+use crate::texture::{Pyramid, SpectrumImage, SpectrumKind, TexelFilter};
 use luz_color::RgbColorSpace;
-use luz_image::{Image, ReadEncoding, ReadOptions};
+use luz_image::{Chromaticities, Encoding, Image, ReadOptions, WrapMode};
 use luz_scene::{Diagnostics, Span};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -17,15 +17,15 @@ pub(super) struct Images {
 }
 
 type EncodingKey = (u8, u32);
-type PyramidKey = (PathBuf, Option<EncodingKey>, Wrap, TexelFilter);
+/// File, encoding, wrap mode (by its number) and filter.
+type PyramidKey = (PathBuf, Option<EncodingKey>, u8, TexelFilter);
 
-fn encoding_key(encoding: ReadEncoding) -> Option<EncodingKey> {
-    match encoding {
-        ReadEncoding::Auto => None,
-        ReadEncoding::Linear => Some((0, 0)),
-        ReadEncoding::Srgb => Some((1, 0)),
-        ReadEncoding::Gamma(gamma) => Some((2, gamma.to_bits())),
-    }
+fn encoding_key(encoding: Option<Encoding>) -> Option<EncodingKey> {
+    encoding.map(|encoding| match encoding {
+        Encoding::Linear => (0, 0),
+        Encoding::Srgb => (1, 0),
+        Encoding::Gamma(gamma) => (2, gamma.to_bits()),
+    })
 }
 
 impl Images {
@@ -33,13 +33,13 @@ impl Images {
     pub fn image(
         &mut self,
         path: &Path,
-        encoding: ReadEncoding,
+        encoding: Option<Encoding>,
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Option<Arc<Image>> {
         self.images
             .entry((path.to_owned(), encoding_key(encoding)))
-            .or_insert_with(|| match luz_image::read_with(path, &ReadOptions { encoding, ..Default::default() }) {
+            .or_insert_with(|| match Image::read_with(path, &ReadOptions { encoding, ..Default::default() }) {
                 Ok(image) if image.width() > 0 && image.height() > 0 => Some(Arc::new(image)),
                 Ok(_) => {
                     diagnostics.error(span, format!("the image `{}` has no pixels", path.display()));
@@ -57,8 +57,8 @@ impl Images {
     pub fn colors(
         &mut self,
         path: &Path,
-        encoding: ReadEncoding,
-        (wrap, filter): (Wrap, TexelFilter),
+        encoding: Option<Encoding>,
+        (wrap, filter): (WrapMode, TexelFilter),
         kind: SpectrumKind,
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
@@ -67,7 +67,7 @@ impl Images {
         let channels = color_channels(&image);
         let pyramid = self
             .colors
-            .entry((path.to_owned(), encoding_key(encoding), wrap, filter))
+            .entry((path.to_owned(), encoding_key(encoding), wrap as u8, filter))
             .or_insert_with(|| Arc::new(Pyramid::new(&image, channels, wrap, filter)))
             .clone();
         Some(SpectrumImage { pyramid, color_space: image_color_space(&image), kind })
@@ -77,15 +77,15 @@ impl Images {
     pub fn floats(
         &mut self,
         path: &Path,
-        encoding: ReadEncoding,
-        (wrap, filter): (Wrap, TexelFilter),
+        encoding: Option<Encoding>,
+        (wrap, filter): (WrapMode, TexelFilter),
         span: Option<Span>,
         diagnostics: &mut Diagnostics,
     ) -> Option<Arc<Pyramid<1>>> {
         let image = self.image(path, encoding, span, diagnostics)?;
         let pyramid = self
             .floats
-            .entry((path.to_owned(), encoding_key(encoding), wrap, filter))
+            .entry((path.to_owned(), encoding_key(encoding), wrap as u8, filter))
             .or_insert_with(|| {
                 let stride = image.channels().len();
                 let value = |texel: &[f32]| match stride {
@@ -94,8 +94,10 @@ impl Images {
                     _ => texel[0],
                 };
                 let data = image.data().chunks_exact(stride).map(value).collect();
-                let grey = Image::from_data(image.width(), image.height(), &["Y"], data);
-                Arc::new(Pyramid::new(&grey, [0], wrap, filter))
+                let grey = Image::from_data(image.width(), image.height(), ["Y"], data);
+                // As many values as pixels: this cannot fail, but if it did the texture would be the image's first channel.
+                let grey = grey.as_ref().unwrap_or(&image);
+                Arc::new(Pyramid::new(grey, [0], wrap, filter))
             })
             .clone();
         Some(pyramid)
@@ -119,10 +121,5 @@ pub(super) fn color_channels(image: &Image) -> [usize; 3] {
 
 /// The colour space that a file says it has; sRGB primaries where it says nothing.
 pub(super) fn image_color_space(image: &Image) -> &'static RgbColorSpace {
-    image
-        .metadata()
-        .chromaticities
-        .as_ref()
-        .and_then(|c| RgbColorSpace::from_chromaticities(c.primaries, c.white))
-        .unwrap_or_else(RgbColorSpace::srgb)
+    image.metadata.chromaticities.as_ref().and_then(Chromaticities::color_space).unwrap_or_else(RgbColorSpace::srgb)
 }

@@ -6,11 +6,11 @@ use crate::light::{
     DistantLight, Emission, ImageInfiniteLight, Light, PointLight, ScaledSpectrum, SpotLight, UniformInfiniteLight,
 };
 use crate::sphere_map::SphereMap;
-use crate::texture::{SpectrumKind, TexelFilter, Wrap};
+use crate::texture::{SpectrumKind, TexelFilter};
 use glam::Vec3;
 use luz_color::{RgbColorSpace, Spectrum, spectrum_to_photometric};
 use luz_geometry::Transform;
-use luz_image::{Image, ReadEncoding};
+use luz_image::{Image, WrapMode};
 use luz_scene::{Diagnostic, Entity, LightEntity};
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -135,8 +135,8 @@ fn infinite(
         context.diagnostics.error(parameters.span("L"), "an infinite light has either `L` or an image, not both");
     }
     let path = context.description.resolve(name);
-    let image = images.image(&path, ReadEncoding::Auto, span, context.diagnostics)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
+    let image = images.image(&path, None, span, context.diagnostics)?;
+    let (width, height) = (image.width(), image.height());
     let map = if width == height {
         SphereMap::EqualArea
     } else if width == 2 * height {
@@ -237,8 +237,8 @@ pub(super) fn area_emission(context: &mut Context<'_>, images: &mut Images, enti
     let path = context.description.resolve(name);
     let image = images.colors(
         &path,
-        ReadEncoding::Auto,
-        (Wrap::Clamp, TexelFilter::Point),
+        None,
+        (WrapMode::Clamp, TexelFilter::Point),
         SpectrumKind::Illuminant,
         parameters.span("filename"),
         context.diagnostics,

@@ -4,9 +4,9 @@ use super::textures::TextureBuilder;
 use super::{Context, unsupported};
 use crate::bsdf::{CoatInterface, TrowbridgeReitz};
 use crate::material::{Coat, Material, MaterialId, Metal, NormalMap, Perturbation, Refraction, Roughness, Scattering};
-use crate::texture::{SpectrumKind, SpectrumTexture, TexelFilter, Wrap};
+use crate::texture::{SpectrumKind, SpectrumTexture, TexelFilter};
 use luz_color::{Spectrum, named_spectrum};
-use luz_image::ReadEncoding;
+use luz_image::{Encoding, WrapMode};
 use luz_scene::{Diagnostic, Entity};
 
 /// Makes the material of an entity.
@@ -83,10 +83,10 @@ fn perturbation(context: &mut Context<'_>, textures: &mut TextureBuilder, entity
     let normal_map = entity.parameters.string("normalmap", context.diagnostics).and_then(|name| {
         let path = context.description.resolve(name);
         let span = entity.parameters.span("normalmap");
-        let sampling = (Wrap::Repeat, TexelFilter::Bilinear);
+        let sampling = (WrapMode::Repeat, TexelFilter::Bilinear);
         let colors = textures.images.colors(
             &path,
-            ReadEncoding::Linear,
+            Some(Encoding::Linear),
             sampling,
             SpectrumKind::Unbounded,
             span,

@@ -5,12 +5,12 @@ use super::spectra;
 use super::{Context, unsupported};
 use crate::texture::{
     Checkerboard, FloatTexture, FloatTextureId, Mapping, SpectrumKind, SpectrumTexture, SpectrumTextureId, TexelFilter,
-    Textures, Wrap,
+    Textures,
 };
 use glam::{Vec2, Vec3};
 use luz_color::Spectrum;
 use luz_geometry::Transform;
-use luz_image::ReadEncoding;
+use luz_image::{Encoding, WrapMode};
 use luz_scene::{Diagnostic, Entity, FloatOrTexture, SpectrumOrTexture, TextureType, TransformSet};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -28,8 +28,8 @@ pub(super) struct TextureBuilder {
 /// How an image texture reads its file.
 struct ImageParameters {
     path: PathBuf,
-    encoding: ReadEncoding,
-    sampling: (Wrap, TexelFilter),
+    encoding: Option<Encoding>,
+    sampling: (WrapMode, TexelFilter),
     scale: f32,
     invert: bool,
     span: Option<luz_scene::Span>,
@@ -202,34 +202,24 @@ fn image_parameters(context: &mut Context<'_>, entity: &Entity) -> Option<ImageP
         diagnostics.error(entity.span, "an `imagemap` needs `\"string filename\"`");
         return None;
     };
-    let encoding = match parameters.string("encoding", diagnostics) {
-        None => ReadEncoding::Auto,
-        Some("sRGB") => ReadEncoding::Srgb,
-        Some("linear") => ReadEncoding::Linear,
-        Some(other) => match other.strip_prefix("gamma ").and_then(|gamma| gamma.trim().parse::<f32>().ok()) {
-            Some(gamma) if gamma > 0.0 && gamma.is_finite() => ReadEncoding::Gamma(gamma),
-            _ => {
-                diagnostics.push(
-                    Diagnostic::error(parameters.span("encoding"), format!("unknown encoding `{other}`"))
-                        .with_help("known are `sRGB`, `linear` and `gamma G`"),
-                );
-                ReadEncoding::Auto
-            }
-        },
-    };
-    let wrap = match parameters.one_string("wrap", "repeat", diagnostics) {
-        "repeat" => Wrap::Repeat,
-        "black" => Wrap::Black,
-        "clamp" => Wrap::Clamp,
-        "octahedralsphere" => Wrap::OctahedralSphere,
-        other => {
+    let encoding = parameters.string("encoding", diagnostics).and_then(|name| {
+        let known = Encoding::parse(name);
+        if known.is_none() {
             diagnostics.push(
-                Diagnostic::error(parameters.span("wrap"), format!("unknown wrap mode `{other}`"))
-                    .with_help("known are `repeat`, `black`, `clamp`, `octahedralsphere`"),
+                Diagnostic::error(parameters.span("encoding"), format!("unknown encoding `{name}`"))
+                    .with_help("known are `sRGB`, `linear` and `gamma G`"),
             );
-            Wrap::Repeat
         }
-    };
+        known
+    });
+    let name_of_wrap = parameters.one_string("wrap", "repeat", diagnostics);
+    let wrap = WrapMode::parse(name_of_wrap).unwrap_or_else(|| {
+        diagnostics.push(
+            Diagnostic::error(parameters.span("wrap"), format!("unknown wrap mode `{name_of_wrap}`"))
+                .with_help("known are `repeat`, `black`, `clamp`, `octahedralsphere`"),
+        );
+        WrapMode::Repeat
+    });
     let filter = match parameters.one_string("filter", "bilinear", diagnostics) {
         "point" => TexelFilter::Point,
         "bilinear" => TexelFilter::Bilinear,
