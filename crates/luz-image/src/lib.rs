@@ -17,6 +17,7 @@ mod error;
 mod format;
 mod image;
 mod metadata;
+pub mod metrics;
 mod png_chunks;
 mod read;
 pub mod tonemap;

@@ -69,7 +69,7 @@ fn float_type(format: Format) -> SampleType {
 fn from_u8(samples: &[u8], channels: usize, encoding: Encoding) -> Vec<f32> {
     let light = encoding.table_8bit();
     let opacity = Encoding::Linear.table_8bit();
-    let color = channels - usize::from(channels % 2 == 0);
+    let color = channels - usize::from(channels.is_multiple_of(2));
     samples
         .chunks_exact(channels)
         .flat_map(|pixel| {
@@ -83,7 +83,7 @@ fn from_u8(samples: &[u8], channels: usize, encoding: Encoding) -> Vec<f32> {
 fn from_u16(samples: &[u16], channels: usize, encoding: Encoding) -> Vec<f32> {
     let linear = |v: u16| f32::from(v) / 65535.0;
     let table: Vec<f32> = (0..=u16::MAX).map(|v| encoding.to_linear(linear(v))).collect();
-    let color = channels - usize::from(channels % 2 == 0);
+    let color = channels - usize::from(channels.is_multiple_of(2));
     samples
         .chunks_exact(channels)
         .flat_map(|pixel| {
