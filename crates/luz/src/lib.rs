@@ -16,7 +16,7 @@
 //! let scene = luz::Scene::from_text("a red ball", text)?;
 //! let film = scene.render();
 //! assert!(film.relative_error() < 0.2);
-//! let image = film.to_image(); // R, G, B, and the variance of each
+//! let image = film.to_image()?; // R, G, B, and the variance of each
 //! # let path = std::env::temp_dir().join(format!("luz-doc-{}.exr", std::process::id()));
 //! image.write(&path)?; // by its extension: linear OpenEXR
 //! # std::fs::remove_file(path)?;

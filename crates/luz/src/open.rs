@@ -97,6 +97,6 @@ impl Scene {
     pub fn render(&self) -> Film {
         let mut renderer = self.renderer();
         renderer.finish();
-        renderer.film().clone()
+        renderer.into_film()
     }
 }

@@ -96,8 +96,8 @@ struct FilmInfo {
 /// In bytes.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Memory {
-    /// Shapes and the hierarchy over them.
-    geometry: u64,
+    /// The hierarchies that rays traverse.
+    hierarchy: u64,
     /// Texture images.
     textures: u64,
 }
@@ -171,9 +171,11 @@ impl<'a> Info<'a> {
         let emitting = all_shapes().filter_map(|s| s.area_light).filter_map(|i| description.area_lights.get(i));
         let lights = description.lights.iter().map(|l| &*l.entity.kind);
         // The first is the default, which most scenes never use.
-        let materials = description.materials.iter().enumerate().filter(|(index, _)| {
-            *index > 0 || all_shapes().any(|shape| shape.material == 0)
-        });
+        let materials = description
+            .materials
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| *index > 0 || all_shapes().any(|shape| shape.material == 0));
         let settings = loaded.map(|l| &l.settings);
         Self {
             scene,
@@ -197,7 +199,7 @@ impl<'a> Info<'a> {
             media: count(description.media.iter().map(|m| &*m.entity.kind)),
             memory: loaded.map(|l| {
                 let statistics = l.world.statistics();
-                Memory { geometry: statistics.geometry_bytes, textures: statistics.texture_bytes }
+                Memory { hierarchy: statistics.hierarchy_bytes, textures: statistics.texture_bytes }
             }),
             peak_memory_bytes: peak_memory(),
             seconds,
@@ -218,7 +220,10 @@ impl<'a> Info<'a> {
             let each: Vec<String> = counts.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
             if each.is_empty() { "none".to_owned() } else { format!("{total} ({})", each.join(", ")) }
         };
-        line("scene", format!("{}, {} file{}", self.scene.display(), self.files, if self.files == 1 { "" } else { "s" }));
+        line(
+            "scene",
+            format!("{}, {} file{}", self.scene.display(), self.files, if self.files == 1 { "" } else { "s" }),
+        );
         line("camera", self.camera.to_owned());
         let resolution = self.film.resolution.map(|[w, h]| format!(", {w} × {h}")).unwrap_or_default();
         let filename = self.film.filename.as_ref().map(|name| format!(", `{name}`")).unwrap_or_default();
@@ -244,9 +249,9 @@ impl<'a> Info<'a> {
         if !self.media.is_empty() {
             line("media", kinds(&self.media));
         }
-        if let Some(Memory { geometry, textures }) = self.memory {
+        if let Some(Memory { hierarchy, textures }) = self.memory {
             let peak = self.peak_memory_bytes.map(|p| format!(", at most {} at once", bytes(p))).unwrap_or_default();
-            line("memory", format!("{} geometry, {} textures{peak}", bytes(geometry), bytes(textures)));
+            line("memory", format!("{} hierarchy, {} textures{peak}", bytes(hierarchy), bytes(textures)));
         }
         line("time", format!("{} to load, {} to build", duration(self.seconds.load), duration(self.seconds.build)));
         let unsupported = self.problems.iter().filter(|p| p.severity == Severity::Error.to_string()).count();

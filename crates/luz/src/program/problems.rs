@@ -3,7 +3,9 @@
 use luz::scene::diagnostic::Note;
 use luz::scene::source::Location;
 use luz::scene::{Diagnostic, Diagnostics, Severity, SourceMap};
-use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan};
+use miette::{
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan,
+};
 use std::fmt;
 use std::io::{self, IsTerminal};
 

@@ -48,7 +48,10 @@ impl Progress {
                     *since = Instant::now();
                     let done = renderer.samples_done();
                     let elapsed = duration(renderer.cost().seconds);
-                    eprintln!("{done}/{samples_per_pixel} samples · {elapsed} · {}", state(renderer, samples_per_pixel));
+                    eprintln!(
+                        "{done}/{samples_per_pixel} samples · {elapsed} · {}",
+                        state(renderer, samples_per_pixel)
+                    );
                 }
             }
         }

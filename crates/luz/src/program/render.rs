@@ -10,7 +10,7 @@ use super::report::{Report, Stopped};
 use super::values::{OutputFile, simd_name};
 use luz::Scene;
 use luz::geometry::SimdLevel;
-use luz::image::ToneMap;
+use luz::image::{Chromaticities, Image, ImageError, Placement, ToneMap};
 use luz::render::{Overrides, Renderer};
 use luz::scene::SceneErrors;
 use std::path::{Path, PathBuf};
@@ -112,7 +112,10 @@ fn write(
     stopped: Stopped,
     outputs: &[OutputFile],
 ) -> Result<(), Exit> {
-    let image = renderer.film().to_image();
+    let image = picture(scene, renderer).map_err(|error| {
+        problems::error(&error.to_string());
+        Exit::Output
+    })?;
     let tone_map = ToneMap { exposure: arguments.exposure, operator: arguments.tone_map.into() };
     let mut is_whole = true;
     let mut written: Vec<PathBuf> = Vec::new();
@@ -143,6 +146,21 @@ fn write(
     if is_whole { Ok(()) } else { Err(Exit::Output) }
 }
 
+/// What has been rendered, with what a file should know of it.
+fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> {
+    let settings = &scene.settings;
+    let mut image = renderer.film().to_image()?;
+    image.metadata.chromaticities = Some(Chromaticities::of(settings.color_space));
+    let [full_width, full_height] = settings.resolution.map(|size| size as usize);
+    let (x, y) = (settings.bounds.x0 as i32, settings.bounds.y0 as i32);
+    image.metadata.placement = Some(Placement { x, y, full_width, full_height });
+    let text = &mut image.metadata.text;
+    text.insert("software".to_owned(), concat!("luz ", env!("CARGO_PKG_VERSION")).to_owned());
+    text.insert("samplesPerPixel".to_owned(), renderer.samples_done().to_string());
+    text.insert("seed".to_owned(), settings.seed.to_string());
+    Ok(image)
+}
+
 /// What was rendered, what it cost, what it is worth, and where it is.
 fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
     let mut parts = vec![
@@ -153,7 +171,8 @@ fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
         progress::relative_error(report.relative_error.unwrap_or(f64::INFINITY)),
     ];
     if report.stopped == Stopped::Interrupted {
-        parts[0] = format!("interrupted after {} of {} samples per pixel", report.samples, report.settings.samples_per_pixel);
+        parts[0] =
+            format!("interrupted after {} of {} samples per pixel", report.samples, report.settings.samples_per_pixel);
     }
     if report.dropped_samples.not_finite > 0 {
         parts.push(format!("{} samples dropped: not finite", report.dropped_samples.not_finite));

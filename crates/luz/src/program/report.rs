@@ -85,7 +85,13 @@ pub struct DroppedSamples {
 
 impl<'a> Report<'a> {
     /// The report of a render.
-    pub fn new(path: &'a Path, scene: &'a Scene, renderer: &Renderer<'_>, stopped: Stopped, outputs: &'a [PathBuf]) -> Self {
+    pub fn new(
+        path: &'a Path,
+        scene: &'a Scene,
+        renderer: &Renderer<'_>,
+        stopped: Stopped,
+        outputs: &'a [PathBuf],
+    ) -> Self {
         let RenderCost { paths, rays, shadow_rays, seconds } = *renderer.cost();
         let film = renderer.film();
         let settings = &scene.settings;

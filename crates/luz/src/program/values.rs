@@ -75,7 +75,9 @@ impl FromStr for CropArgument {
         }
         let [x0, x1, y0, y1] = window;
         if x0 >= x1 || y0 >= y1 {
-            return Err("the crop window is empty: x0 < x1 and y0 < y1 are expected, in the order x0,x1,y0,y1".to_owned());
+            return Err(
+                "the crop window is empty: x0 < x1 and y0 < y1 are expected, in the order x0,x1,y0,y1".to_owned()
+            );
         }
         if !is_pixels && window.iter().all(|v| *v <= 1.0) {
             return Ok(Self(Crop::Fraction(window)));

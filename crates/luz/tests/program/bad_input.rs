@@ -10,10 +10,14 @@ fn all_missing_files_are_listed_at_once_and_nothing_is_written() {
          Include \"missing.pbrt\"\n"
     );
     let folder = Folder::with_scene(&scene);
-    folder
-        .run("render scene.pbrt")
-        .ends_with(3)
-        .complains(&["missing.png", "missing.ply", "missing.exr", "missing.pbrt", "scene.pbrt:20:", "scene.pbrt:24:"]);
+    folder.run("render scene.pbrt").ends_with(3).complains(&[
+        "missing.png",
+        "missing.ply",
+        "missing.exr",
+        "missing.pbrt",
+        "scene.pbrt:20:",
+        "scene.pbrt:24:",
+    ]);
     assert_eq!(folder.files(), ["scene.pbrt"]);
 }
 
@@ -37,10 +41,12 @@ fn misspelt_parameters_are_answered_with_what_was_meant() {
 #[test]
 fn outputs_are_checked_before_the_work() {
     let folder = Folder::with_scene(&BALL.replace("pixelsamples\" 4", "pixelsamples\" 100000000"));
-    folder
-        .run("render scene.pbrt -o no/a.exr -o nowhere/b.png --report none/c.json")
-        .ends_with(4)
-        .complains(&["no/a.exr", "nowhere/b.png", "none/c.json", "there is no folder"]);
+    folder.run("render scene.pbrt -o no/a.exr -o nowhere/b.png --report none/c.json").ends_with(4).complains(&[
+        "no/a.exr",
+        "nowhere/b.png",
+        "none/c.json",
+        "there is no folder",
+    ]);
     std::fs::create_dir(folder.path().join("ball.exr")).unwrap();
     folder.run("render scene.pbrt").ends_with(4).complains(&["ball.exr", "it is a folder"]);
 }
@@ -81,7 +87,9 @@ fn nothing_in_a_scene_makes_the_program_panic() {
         world("Shape \"trianglemesh\""),
         world("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 5  0 0 5  0 0 5  0 0 5 ]"),
         world("Shape \"disk\" \"float radius\" 0"),
-        world("Shape \"loopsubdiv\" \"integer levels\" 2000000000 \"point3 P\" [ 0 0 5  1 0 5  0 1 5 ] \"integer indices\" [ 0 1 2 ]"),
+        world(
+            "Shape \"loopsubdiv\" \"integer levels\" 2000000000 \"point3 P\" [ 0 0 5  1 0 5  0 1 5 ] \"integer indices\" [ 0 1 2 ]",
+        ),
         world("LightSource \"infinite\" \"rgb L\" [ 0 0 0 ]"),
         world("LightSource \"point\" \"float scale\" nan"),
         world("LightSource \"point\" \"float scale\" inf"),

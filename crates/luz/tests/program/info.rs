@@ -26,7 +26,7 @@ fn json_has_the_same() {
     assert_eq!(info["shapes"]["sphere"], 2);
     assert_eq!(info["lights"]["area"], 1);
     assert_eq!(info["samples_per_pixel"], 4);
-    assert!(info["memory"]["geometry"].as_u64().unwrap() > 0);
+    assert!(info["memory"]["hierarchy"].as_u64().unwrap() > 0);
     assert!(info["problems"].as_array().unwrap().is_empty());
 }
 
@@ -34,7 +34,8 @@ fn json_has_the_same() {
 fn what_cannot_be_rendered_is_listed_with_its_place() {
     let scene = format!("{BALL}\nMaterial \"hair\"\nShape \"curve\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ]\n");
     let folder = Folder::with_scene(&scene);
-    let said = folder.run("info scene.pbrt").ends_with(3).complains(&["hair", "curve", "scene.pbrt:20:", "scene.pbrt:21:"]);
+    let said =
+        folder.run("info scene.pbrt").ends_with(3).complains(&["hair", "curve", "scene.pbrt:20:", "scene.pbrt:21:"]);
     assert!(said.stdout.contains("2 reasons"), "{}", said.stdout);
     let said = folder.run("info scene.pbrt --json").ends_with(3);
     let info: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();

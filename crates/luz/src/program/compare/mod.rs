@@ -182,8 +182,10 @@ fn write_map<'a>(
 fn difference(image: &Image, reference: &Image) -> Result<Image, ImageError> {
     let missing = |of: &Image| ImageError::NoSuchChannel { name: "R".to_owned(), known: of.channels().to_vec() };
     let (a, b) = (image.rgb().ok_or_else(|| missing(image))?, reference.rgb().ok_or_else(|| missing(reference))?);
-    let pixels = |image: &Image| image.data().chunks_exact(image.channel_count()).map(<[f32]>::to_vec).collect::<Vec<_>>();
-    let data = pixels(image).iter().zip(&pixels(reference)).flat_map(|(p, q)| [0, 1, 2].map(|c| p[a[c]] - q[b[c]])).collect();
+    let pixels =
+        |image: &Image| image.data().chunks_exact(image.channel_count()).map(<[f32]>::to_vec).collect::<Vec<_>>();
+    let data =
+        pixels(image).iter().zip(&pixels(reference)).flat_map(|(p, q)| [0, 1, 2].map(|c| p[a[c]] - q[b[c]])).collect();
     Image::from_data(image.width(), image.height(), ["R", "G", "B"], data)
 }
 
@@ -232,7 +234,8 @@ fn to_text(report: &Report<'_>) -> String {
         );
     }
     if let Some(map) = &report.error_map {
-        let scale = map.scale.map_or(String::new(), |scale| format!(", from 0 (black) to {scale:.4e} and above (pale yellow)"));
+        let scale =
+            map.scale.map_or(String::new(), |scale| format!(", from 0 (black) to {scale:.4e} and above (pale yellow)"));
         let _ = writeln!(out, "wrote {}: {}{scale}", map.file.display(), map.shows);
     }
     for failure in &report.failed {

@@ -106,11 +106,11 @@ impl ZTest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use luz::sample::random::hash;
+    use luz::sample::random::{hash, unit_f32};
 
     /// Sums of twelve uniform numbers: normal enough for z below 5. Fixed seeds.
     fn noisy(mean: f32, sigma: f32, seed: u64) -> Estimate {
-        let uniform = |i: u64, j: u32| f64::from(hash(seed, i, 0, j) >> 40) as f32 / (1u64 << 24) as f32;
+        let uniform = |i: u64, j: u32| unit_f32((hash(seed, i, 0, j) >> 32) as u32);
         let normal = |i: u64| (0..12).map(|j| uniform(i, j)).sum::<f32>() - 6.0;
         let count = 3 * 4096;
         Estimate {
