@@ -297,6 +297,39 @@ mod tests {
     }
 
     #[test]
+    fn the_color_checker_is_reproduced() {
+        // The published 8-bit sRGB values of the chart's coloured patches (X-Rite).
+        let patches = [
+            [115, 82, 68],
+            [194, 150, 130],
+            [98, 122, 157],
+            [87, 108, 67],
+            [133, 128, 177],
+            [103, 189, 170],
+            [214, 126, 44],
+            [80, 91, 166],
+            [193, 90, 99],
+            [94, 60, 108],
+            [157, 188, 64],
+            [224, 163, 46],
+            [56, 61, 150],
+            [70, 148, 73],
+            [175, 54, 60],
+            [231, 199, 31],
+            [187, 86, 149],
+            [8, 133, 161],
+        ];
+        let space = RgbColorSpace::srgb();
+        for patch in patches {
+            let p = space.to_sigmoid(patch.map(crate::encoding::srgb8_to_linear));
+            assert_eq!(colour(space, p).map(crate::encoding::linear_to_srgb8), patch);
+            // Natural colours have spectra without steep flanks.
+            let steepest = (360..830).map(|l| (p.value(l as f32 + 1.0) - p.value(l as f32)).abs()).fold(0.0, f32::max);
+            assert!(steepest < 0.02, "{patch:?}: {steepest} per nm");
+        }
+    }
+
+    #[test]
     fn moderate_colours_of_wide_spaces_are_reproduced() {
         for name in RgbColorSpace::NAMES {
             let space = RgbColorSpace::named(name).unwrap();

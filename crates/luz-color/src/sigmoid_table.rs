@@ -84,6 +84,21 @@ fn cell(coordinate: f32, size: usize) -> (usize, f32) {
     (index, position - index as f32)
 }
 
+impl SigmoidTable {
+    /// A scale and a polynomial whose product has an RGB colour of any size, as for a texel of an environment map.
+    ///
+    /// The polynomial is that of a colour at most ½, as in [`crate::Spectrum::rgb_illuminant`]. Negative components and NaN
+    /// count as zero; black has the scale zero.
+    #[inline]
+    pub fn lookup_scaled(&self, rgb: [f32; 3]) -> (f32, SigmoidPolynomial) {
+        let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]).max(0.0);
+        if scale == 0.0 {
+            return (0.0, SigmoidPolynomial::constant(0.0));
+        }
+        (scale, self.lookup(rgb.map(|c| c / scale)))
+    }
+}
+
 /// Linear interpolation of nodes.
 #[inline(always)]
 fn mix(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
@@ -205,6 +220,15 @@ mod tests {
                 assert!(error < 5e-4, "{name} {rgb:?}: {error}");
             }
         }
+    }
+
+    #[test]
+    fn unbounded_colours_split_into_scale_and_shape() {
+        let table = RgbColorSpace::srgb().sigmoid_table();
+        let (scale, polynomial) = table.lookup_scaled([17.0, 12.0, 4.0]);
+        assert_eq!((scale, polynomial), (34.0, table.lookup([0.5, 12.0 / 34.0, 4.0 / 34.0])));
+        assert_eq!(table.lookup_scaled([0.0, -1.0, f32::NAN]).0, 0.0);
+        assert_eq!(table.lookup_scaled([3.0; 3]), (6.0, SigmoidPolynomial::constant(0.5)));
     }
 
     #[test]

@@ -26,8 +26,9 @@ impl Default for ReadOptions {
     }
 }
 
-/// No format of ours packs more samples than this into a byte, so a file that claims to is damaged.
-const MAX_SAMPLES_PER_BYTE: u64 = 4096;
+/// No format of ours packs more samples than this into a byte, so a file that claims to is damaged: deflate packs 1032 bytes
+/// into one, and each may hold eight pixels of a palette, which become three samples each.
+const MAX_SAMPLES_PER_BYTE: u64 = 1 << 15;
 /// Samples that any file may have.
 const FREE_SAMPLES: u64 = 1 << 16;
 
