@@ -83,6 +83,11 @@ impl<'a> Renderer<'a> {
         &self.film
     }
 
+    /// What has been measured, when no pass is to follow.
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
     /// Samples per pixel done.
     pub fn samples_done(&self) -> u32 {
         self.samples_done

@@ -4,7 +4,7 @@ use crate::bsdf::CoatWeights;
 use crate::film::{FilmKind, Filter, PixelBounds};
 use crate::integrator::PathIntegrator;
 use crate::light::ScaledSpectrum;
-use luz_color::Sensor;
+use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
 
 /// How a scene is to be rendered.
@@ -20,6 +20,8 @@ pub struct Settings {
     pub filter: Filter,
     /// From radiance to RGB.
     pub sensor: Sensor,
+    /// The colour space of that RGB.
+    pub color_space: &'static RgbColorSpace,
     /// Light that the sensor sees as RGB (1, 1, 1), whatever the exposure: what reflectances are shown under.
     pub white: ScaledSpectrum,
     /// A sample's RGB is scaled down so that no component exceeds this; infinite for no limit.

@@ -60,6 +60,11 @@ impl Filter {
         Self::new(FilterKind::Box, Vec2::splat(0.5))
     }
 
+    /// The filter's shape.
+    pub fn kind(&self) -> FilterKind {
+        self.kind
+    }
+
     /// Half the filter's width, in pixels.
     pub fn radius(&self) -> Vec2 {
         self.radius

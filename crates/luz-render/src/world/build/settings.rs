@@ -52,6 +52,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         film: kind,
         filter: overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter)),
         sensor,
+        color_space: spectra::color_space(film.color_space),
         white,
         max_component: film.parameters.one_float("maxcomponentvalue", f32::INFINITY, context.diagnostics),
         integrator: integrator(context, &description.integrator, overrides),
