@@ -32,7 +32,7 @@ pub(crate) const fn scatter(x: u64) -> u64 {
 }
 
 /// The fraction of 2⁶⁴ that the golden ratio gives; as a summand it keeps zero from being a fixed point of [`mix`].
-pub(crate) const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// The number of (seed, stream, index, dimension), uniform over all 64-bit integers.
 #[inline]
