@@ -35,13 +35,13 @@ fn what_cannot_be_rendered_is_listed_with_its_place() {
     let scene = format!("{BALL}\nMaterial \"hair\"\nShape \"curve\" \"point3 P\" [ 0 0 0 1 0 0 1 1 0 0 1 0 ]\n");
     let folder = Folder::with_scene(&scene);
     let said =
-        folder.run("info scene.pbrt").ends_with(3).complains(&["hair", "curve", "scene.pbrt:20:", "scene.pbrt:21:"]);
+        folder.run("info scene.pbrt").ends_with(3).complains(&["hair", "curve", "scene.pbrt:18:", "scene.pbrt:19:"]);
     assert!(said.stdout.contains("2 reasons"), "{}", said.stdout);
     let said = folder.run("info scene.pbrt --json").ends_with(3);
     let info: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
     assert_eq!(info["renderable"], false);
     let lines: Vec<_> = info["problems"].as_array().unwrap().iter().map(|p| p["line"].as_u64().unwrap()).collect();
-    assert_eq!(lines, [20, 21]);
+    assert_eq!(lines, [18, 19]);
     folder.run("render scene.pbrt").ends_with(3).complains(&["hair", "curve", "nothing was rendered"]);
     assert_eq!(folder.files(), ["scene.pbrt"]);
 }
