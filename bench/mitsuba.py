@@ -15,7 +15,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[0] = str(HERE / "peer")
 
 import numpy as np  # noqa: E402
-from contestants import Luz, Mitsuba, Task, import_mitsuba  # noqa: E402
+from contestants import Luz, Mitsuba, Task, import_mitsuba, read_rgb  # noqa: E402
 from efficiency import denominator, efficiency, jackknife_ratio, relative_mse  # noqa: E402
 from mitsuba_scene import Converter  # noqa: E402
 from pbrt_scene import read_scene  # noqa: E402
@@ -23,6 +23,7 @@ from pbrt_scene import read_scene  # noqa: E402
 SCENES = {"cornell-box": "cornell-box/cornell-box.pbrt", "killeroo-gold": "killeroos/killeroo-gold.pbrt"}
 SPEED_GOAL, EFFICIENCY_GOAL = 2.5, 1.0
 BRIGHTNESS_TOLERANCE = 0.01
+REFERENCE_DEPTH = 16
 
 
 class Results:
@@ -34,12 +35,13 @@ class Results:
         self.samples = {c.name: c.samples for c in contestants}
         self.runs = {name: [] for name in self.names}
 
-    def finish(self):
+    def finish(self, reference):
         self.images = {n: np.stack([r.image for r in self.runs[n]]) for n in self.names}
         self.seconds = {n: np.array([r.seconds for r in self.runs[n]]) for n in self.names}
         self.cpu = {n: np.array([r.cpu_seconds for r in self.runs[n]]) for n in self.names}
         self.below = denominator(list(self.images.values()))
         self.rounds = len(self.runs[self.names[0]])
+        self.reference = reference
 
     def speed(self, name, keep=slice(None), clock=None):
         """Samples per second."""
@@ -61,6 +63,7 @@ class Results:
             "efficiency": self.efficiency(name),
             "efficiency_trimmed": self.efficiency(name, trimmed=True),
             "mean_rgb": self.images[name].mean(axis=(0, 1, 2)).tolist(),
+            "brightness_to_pbrt": None if self.reference is None else float(self.images[name].mean() / self.reference),
         }
 
     def fastest(self, variant):
@@ -95,7 +98,7 @@ class Results:
         ]
 
 
-def race(task, contestants, rounds):
+def race(task, contestants, rounds, reference):
     """Everyone warms up (which compiles kernels), then renders by turns, each round in another order."""
     for contestant in contestants:
         contestant.warm_up()
@@ -106,8 +109,17 @@ def race(task, contestants, rounds):
             results.runs[contestant.name].append(contestant.render(r + 1))
             progress(f"{task.name} {task.width}×{task.height}: round {r + 1} of {rounds}, {contestant.name}")
     progress("")
-    results.finish()
+    results.finish(reference)
     return results
+
+
+def reference_brightness(mi, data, task):
+    """Mean of pbrt-v4's reference over pixels and channels; None if there is none for this resolution and depth."""
+    path = data / "references" / f"{task.name}.exr"
+    if task.max_depth != REFERENCE_DEPTH or not path.is_file():
+        return None
+    pixels = read_rgb(mi, path)
+    return pixels.mean() if pixels.shape[:2] == (task.height, task.width) else None
 
 
 def progress(text):
@@ -118,14 +130,16 @@ def progress(text):
 def print_table(results):
     t = results.task
     print(f"\n## {t.name}, {t.width}×{t.height}, {t.max_depth} bounces, {results.rounds} seeds\n")
-    print("| | spp | s/picture | cores | Msamples/s | relMSE | trimmed | efficiency | trimmed |")
-    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|")
+    print("| | spp | s/picture | cores | Msamples/s | relMSE | trimmed | efficiency | trimmed | brightness/pbrt |")
+    print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|")
     for name in results.names:
         r = results.row(name)
+        brightness = r["brightness_to_pbrt"]
         print(
             f"| {name} | {r['samples_per_pixel']} | {r['seconds']:.3f} | {r['cores_busy']:.2f} "
             f"| {r['samples_per_second'] / 1e6:.3f} | {r['relative_mse']:.3e} | {r['relative_mse_trimmed']:.3e} "
-            f"| {r['efficiency']:.4g} | {r['efficiency_trimmed']:.4g} |"
+            f"| {r['efficiency']:.4g} | {r['efficiency_trimmed']:.4g} "
+            f"| {'' if brightness is None else f'{brightness:.4f}'} |"
         )
 
 
@@ -208,7 +222,7 @@ def main():
                 if not a.without_luz:
                     extra = a.luz_arguments.split()
                     contestants[:0] = [Luz(mi, a.luz, task, folder, s, extra) for s in a.luz_samplers]
-                results = race(task, contestants, a.seeds)
+                results = race(task, contestants, a.seeds, reference_brightness(mi, a.data, task))
                 print_table(results)
                 ratios = [r for n in results.names if n.startswith("luz") for r in results.compare(n)]
                 if ratios:
