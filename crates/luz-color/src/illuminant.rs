@@ -5,8 +5,6 @@ use std::sync::Arc;
 use crate::data::daylight::DAYLIGHT_BASIS;
 use crate::{DenseSpectrum, PiecewiseLinearSpectrum, Spectrum};
 
-pub use crate::spectrum::Blackbody;
-
 /// CIE standard illuminant D of the correlated colour temperature `temperature` in kelvin, relative to 1 at 560 nm.
 ///
 /// The nominal temperature is corrected by 1.4388/1.4380, as the radiation constant has changed since D65 was named.

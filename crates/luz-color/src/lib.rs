@@ -25,6 +25,7 @@
 //! nanometres) are those of *Physically Based Rendering*, 4th edition (Pharr, Jakob & Humphreys 2023), chapters 4 and
 //! 5.4, so that renderings agree with pbrt-v4.
 
+mod blackbody;
 mod color_space;
 mod data;
 pub mod encoding;
@@ -40,6 +41,7 @@ mod sigmoid_table;
 mod spectrum;
 mod wavelengths;
 
+pub use blackbody::Blackbody;
 pub use color_space::RgbColorSpace;
 pub use named::{named_spectrum, spectrum_names};
 pub use observer::{CIE_Y_INTEGRAL, inner_product, spectrum_to_photometric, spectrum_to_xyz, spectrum_to_y};
@@ -47,5 +49,5 @@ pub use sampled::{LANES, SampledSpectrum};
 pub use sensor::{Sensor, SensorError};
 pub use sigmoid::SigmoidPolynomial;
 pub use sigmoid_table::SigmoidTable;
-pub use spectrum::{Blackbody, DenseSpectrum, PiecewiseLinearSpectrum, Spectrum, SpectrumError};
+pub use spectrum::{DenseSpectrum, PiecewiseLinearSpectrum, Spectrum, SpectrumError};
 pub use wavelengths::{LAMBDA_MAX, LAMBDA_MIN, Wavelengths};

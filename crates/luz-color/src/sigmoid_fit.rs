@@ -66,7 +66,7 @@ impl SigmoidFitter {
             return SigmoidPolynomial::constant(rgb[0]);
         }
         let rgb = DVec3::from(rgb.map(f64::from));
-        let solution = self.refine(rgb, self.approach(rgb), Effort::Exact);
+        let (solution, _) = self.refine(rgb, self.approach(rgb), Effort::Exact);
         SigmoidPolynomial::new(solution.as_vec3().to_array())
     }
 
@@ -76,18 +76,20 @@ impl SigmoidFitter {
         let mut solution = DVec3::new(0.0, 0.0, (grey.x - 0.5) / (grey.x * (1.0 - grey.x)).sqrt());
         for step in 1..=CONTINUATION_STEPS {
             let wanted = grey.lerp(rgb, f64::from(step) / f64::from(CONTINUATION_STEPS));
-            solution = self.refine(wanted, solution, Effort::Fast);
+            (solution, _) = self.refine(wanted, solution, Effort::Fast);
         }
         solution
     }
 
-    /// The polynomial (c₀, c₁, c₂) of a colour in the closed unit cube, by a search that begins at `start`.
-    pub(crate) fn refine(&self, rgb: DVec3, start: DVec3, effort: Effort) -> DVec3 {
+    /// The polynomial (c₀, c₁, c₂) of a colour in the closed unit cube, by a search that begins at `start`, with
+    /// the squared CIELAB difference that is left.
+    pub(crate) fn refine(&self, rgb: DVec3, start: DVec3, effort: Effort) -> (DVec3, f64) {
         // The squared CIELAB difference that is good enough, and the steps at most.
-        let (tolerance, iterations) = match effort {
-            Effort::Exact => (1e-14, 60),
-            Effort::Polish => (1e-6, 3),
-            Effort::Fast => (1e-6, 20),
+        // Colours without a reflectance never get there: they are done when a step brings too little.
+        let (tolerance, iterations, least_progress) = match effort {
+            Effort::Exact => (1e-14, 60, 1e-6),
+            Effort::Polish => (1e-6, 3, 1e-3),
+            Effort::Fast => (1e-6, 20, 1e-3),
         };
         let target = lab(self.relative_xyz_from_rgb * rgb).0;
         // Steeper polynomials than this are steps within a nanometre; very dark and very bright colours need
@@ -119,11 +121,11 @@ impl SigmoidFitter {
             let progress = 1.0 - next_error / error;
             (solution, residual, jacobian, error) = (next, next_residual, next_jacobian, next_error);
             damping *= 0.1;
-            if progress < 1e-6 {
+            if progress < least_progress {
                 break;
             }
         }
-        solution
+        (solution, error)
     }
 
     /// The CIELAB difference from `target` of a polynomial's colour, with its derivatives by the coefficients.

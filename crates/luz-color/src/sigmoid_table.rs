@@ -117,7 +117,7 @@ fn solve_row(fitter: &SigmoidFitter, largest: usize, y: f64, nodes: &mut [[f32; 
         let scale = regular_scale(rgb);
         let start = start.insert(match start {
             None => fitter.approach(rgb) * scale,
-            Some(neighbour) => fitter.refine(rgb, neighbour / scale, Effort::Fast) * scale,
+            Some(neighbour) => fitter.refine(rgb, neighbour / scale, Effort::Fast).0 * scale,
         });
         let line = &mut nodes[x * DEPTH..(x + 1) * DEPTH];
         line[middle] = start.extend(0.0).as_vec4().to_array();
@@ -145,10 +145,11 @@ fn solve_towards(
             // White: the limit of greys.
             DVec3::new(0.0, 0.0, 0.5)
         } else {
-            let solution = fitter.refine(rgb, (last * 2.0 - before) / scale, Effort::Fast);
-            // The coarse quadrature doesn't resolve steep flanks.
+            let (solution, error) = fitter.refine(rgb, (last * 2.0 - before) / scale, Effort::Fast);
+            // The coarse quadrature doesn't resolve steep flanks. Where no reflectance has the colour it doesn't matter.
             let is_steep = (2.0 * solution.x.abs() + solution.y.abs()) * scale > STEEP;
-            (if is_steep { fitter.refine(rgb, solution, Effort::Polish) } else { solution }) * scale
+            let polished = is_steep && error < 1e-2;
+            (if polished { fitter.refine(rgb, solution, Effort::Polish).0 } else { solution }) * scale
         };
         (before, last) = (last, next);
         line[z] = next.extend(0.0).as_vec4().to_array();

@@ -33,6 +33,12 @@ fn reading_names_file_and_cause() {
         )
     );
 
+    let endless = ReadOptions { max_bytes: 3, ..Default::default() };
+    assert_eq!(
+        Image::read_with(&path, &endless).unwrap_err().to_string(),
+        format!("cannot read `{}`: it is larger than the 3 bytes that are allowed", path.display())
+    );
+
     let path = folder.path().join("half.exr");
     let file = picture().encode(Format::Exr, &WriteOptions::default()).unwrap();
     fs::write(&path, &file[..file.len() / 2]).unwrap();

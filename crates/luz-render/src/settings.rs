@@ -1,5 +1,6 @@
 //! How a scene is to be rendered, as its file says and as the caller wishes otherwise.
 
+use crate::bsdf::CoatWeights;
 use crate::film::{FilmKind, Filter, PixelBounds};
 use crate::integrator::PathIntegrator;
 use crate::light::ScaledSpectrum;
@@ -67,4 +68,6 @@ pub struct Overrides {
     pub filter: Option<Filter>,
     /// What the film measures.
     pub film: Option<FilmKind>,
+    /// How walks within rough coats are weighted; pbrt-v4's weights make them too bright, as its pictures have them.
+    pub coat_weights: CoatWeights,
 }

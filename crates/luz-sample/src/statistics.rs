@@ -84,10 +84,13 @@ impl FromIterator<f64> for Running {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use proptest::test_runner::RngSeed;
 
     use super::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
         #[test]
         fn merging_is_pushing(numbers in prop::collection::vec(-1e3f64..1e3, 0..60), cut in 0usize..60) {
             // A large offset, so that a naive sum of squares would fail.

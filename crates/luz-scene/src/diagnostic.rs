@@ -1,6 +1,6 @@
 //! Errors and warnings about a scene, each with its place.
 
-use crate::source::{SourceMap, Span};
+use crate::source::{Locator, SourceMap, Span};
 use std::fmt;
 
 /// How bad it is.
@@ -85,6 +85,10 @@ impl Diagnostic {
     /// place underlined, notes, the chain of `Include`s and the help. Ends in a line feed.
     #[must_use]
     pub fn render(&self, sources: &SourceMap) -> String {
+        self.render_with(&mut Locator::new(sources))
+    }
+
+    fn render_with(&self, sources: &mut Locator<'_>) -> String {
         let mut out = String::new();
         match self.span {
             Some(span) => {
@@ -108,7 +112,7 @@ impl Diagnostic {
             }
         }
         if let Some(span) = self.span {
-            for include in sources.include_chain(span.file) {
+            for include in sources.sources().include_chain(span.file) {
                 out += &format!("  included from {}\n", sources.place(include));
             }
         }
@@ -204,7 +208,8 @@ impl Diagnostics {
     /// All of them as plain text, see [`Diagnostic::render`].
     #[must_use]
     pub fn render(&self, sources: &SourceMap) -> String {
-        let mut out: String = self.list.iter().map(|d| d.render(sources)).collect();
+        let mut locator = Locator::new(sources);
+        let mut out: String = self.list.iter().map(|d| d.render_with(&mut locator)).collect();
         if self.dropped() > 0 {
             out += &format!("… and {} more\n", self.dropped());
         }

@@ -10,6 +10,7 @@ pub mod description;
 pub mod diagnostic;
 pub mod file;
 pub mod mesh;
+pub mod parameter;
 pub mod parameters;
 pub mod pbrt;
 pub mod ply;
@@ -24,7 +25,8 @@ pub use description::{
 };
 pub use diagnostic::{Diagnostic, Diagnostics, SceneErrors, Severity};
 pub use mesh::MeshData;
-pub use parameters::{FloatOrTexture, Parameter, ParameterList, ParameterType, SpectrumOrTexture, Values};
+pub use parameter::{Parameter, ParameterType, Values};
+pub use parameters::{FloatOrTexture, ParameterList, SpectrumOrTexture};
 pub use pbrt::{Limits, ReadOptions, read, read_bytes, read_str, read_with};
-pub use source::{FileId, SourceMap, Span};
+pub use source::{FileId, Location, Locator, SourceMap, Span};
 pub use spectrum::{ColorSpace, SpectrumParameter};

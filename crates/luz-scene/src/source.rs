@@ -1,5 +1,6 @@
 //! Source files and places in them: what a diagnostic points at.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -109,22 +110,11 @@ impl SourceMap {
         }
     }
 
-    /// Line, column and source line of the start of a span. Where the text cannot be had any more, line and column
-    /// are 0 and the excerpt is empty.
+    /// Line, column and source line of the start of a span; see [`Locator::locate`]. For many spans, use one
+    /// [`Locator`].
     #[must_use]
     pub fn locate(&self, span: Span) -> Location {
-        let file = self.file(span.file).map_or_else(|| "<unknown>".to_owned(), |f| f.name.clone());
-        match self.text(span.file) {
-            Some(text) => locate_in(&text, file, span),
-            None => Location { file, line: 0, column: 0, excerpt: String::new(), excerpt_start: 0, excerpt_length: 1 },
-        }
-    }
-
-    /// `file:line:column`.
-    #[must_use]
-    pub fn place(&self, span: Span) -> String {
-        let location = self.locate(span);
-        format!("{}:{}:{}", location.file, location.line, location.column)
+        Locator::new(self).locate(span)
     }
 
     /// The chain of `Include`s that led to a file, innermost first.
@@ -153,27 +143,109 @@ impl SourceMap {
     }
 }
 
-/// The line around a span.
-fn locate_in(text: &[u8], file: String, span: Span) -> Location {
-    let start = usize::try_from(span.start).unwrap_or(usize::MAX).min(text.len());
-    let end = usize::try_from(span.end).unwrap_or(usize::MAX).clamp(start, text.len());
-    let line_start = text[..start].iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-    let line_end = text[start..].iter().position(|&b| b == b'\n').map_or(text.len(), |i| start + i);
-    let line = text[..start].iter().filter(|&&b| b == b'\n').count() + 1;
-    let before = String::from_utf8_lossy(&text[line_start..start]);
-    // The line can be a whole array of gigabytes: only a window of it is decoded.
-    let window_end = line_end.min(start + 4 * Location::MAX_EXCERPT);
-    let after = String::from_utf8_lossy(&text[start..window_end]);
-    let covered = String::from_utf8_lossy(&text[start..end.min(window_end)]);
-    let column = before.chars().count() + 1;
+/// Finds many places: texts are read and searched for lines only once.
+pub struct Locator<'a> {
+    sources: &'a SourceMap,
+    texts: HashMap<FileId, Option<IndexedText>>,
+}
 
-    let (before, indent) = tail(&before, Location::MAX_EXCERPT / 2);
-    let mut excerpt: String = before;
-    let excerpt_start = indent;
-    excerpt.extend(after.trim_end().chars().take(Location::MAX_EXCERPT - excerpt_start).map(printable));
-    let room = excerpt.chars().count().saturating_sub(excerpt_start).max(1);
-    let excerpt_length = covered.trim_end().chars().count().clamp(1, room);
-    Location { file, line, column, excerpt, excerpt_start, excerpt_length }
+/// A text, and where the multiples of [`IndexedText::STEP`] lie in it.
+struct IndexedText {
+    text: Arc<Vec<u8>>,
+    marks: Vec<Mark>,
+}
+
+/// A place in a text.
+#[derive(Clone, Copy, Default)]
+struct Mark {
+    /// Line feeds before it.
+    line_feeds: usize,
+    /// Characters of its line before it.
+    characters: usize,
+}
+
+impl Mark {
+    /// The place behind `bytes`, which follow this one.
+    fn advance(self, bytes: &[u8]) -> Self {
+        let line_feeds = bytes.iter().filter(|b| **b == b'\n').count();
+        // All bytes but UTF-8's continuations.
+        let characters = |bytes: &[u8]| bytes.iter().filter(|b| **b & 0xc0 != 0x80).count();
+        match bytes.iter().rposition(|b| *b == b'\n') {
+            Some(last) => Self { line_feeds: self.line_feeds + line_feeds, characters: characters(&bytes[last + 1..]) },
+            None => Self { characters: self.characters + characters(bytes), ..self },
+        }
+    }
+}
+
+impl<'a> Locator<'a> {
+    /// For the files of a map.
+    #[must_use]
+    pub fn new(sources: &'a SourceMap) -> Self {
+        Self { sources, texts: HashMap::new() }
+    }
+
+    /// The files.
+    #[must_use]
+    pub fn sources(&self) -> &'a SourceMap {
+        self.sources
+    }
+
+    /// Line, column and source line of the start of a span. Where the text cannot be had any more, line and column
+    /// are 0 and the excerpt is empty.
+    pub fn locate(&mut self, span: Span) -> Location {
+        let file = self.sources.file(span.file).map_or_else(|| "<unknown>".to_owned(), |f| f.name.clone());
+        let text = self.texts.entry(span.file).or_insert_with(|| self.sources.text(span.file).map(IndexedText::new));
+        match text {
+            Some(text) => text.locate(file, span),
+            None => Location { file, line: 0, column: 0, excerpt: String::new(), excerpt_start: 0, excerpt_length: 1 },
+        }
+    }
+
+    /// `file:line:column`.
+    pub fn place(&mut self, span: Span) -> String {
+        let location = self.locate(span);
+        format!("{}:{}:{}", location.file, location.line, location.column)
+    }
+}
+
+impl IndexedText {
+    const STEP: usize = 1 << 13;
+
+    fn new(text: Arc<Vec<u8>>) -> Self {
+        let step = |mark: &mut Mark, chunk: &[u8]| Some(std::mem::replace(mark, mark.advance(chunk)));
+        let marks = text.chunks(Self::STEP).scan(Mark::default(), step).collect();
+        Self { text, marks }
+    }
+
+    fn mark(&self, at: usize) -> Mark {
+        let block = (at / Self::STEP).min(self.marks.len().saturating_sub(1));
+        let before = self.marks.get(block).copied().unwrap_or_default();
+        before.advance(&self.text[block * Self::STEP..at])
+    }
+
+    fn locate(&self, file: String, span: Span) -> Location {
+        let text = &self.text[..];
+        let start = usize::try_from(span.start).unwrap_or(usize::MAX).min(text.len());
+        let end = usize::try_from(span.end).unwrap_or(usize::MAX).clamp(start, text.len());
+        // The line can be a whole array of gigabytes: only a window of it is looked at.
+        let window_start = start.saturating_sub(4 * Location::MAX_EXCERPT);
+        let window_end = text.len().min(start + 4 * Location::MAX_EXCERPT);
+        let line_feed = |b: &u8| *b == b'\n';
+        let before_start =
+            text[window_start..start].iter().rposition(line_feed).map_or(window_start, |i| window_start + i + 1);
+        let line_end = text[start..window_end].iter().position(line_feed).map_or(window_end, |i| start + i);
+        let mark = self.mark(start);
+
+        let (mut excerpt, excerpt_start) =
+            tail(&String::from_utf8_lossy(&text[before_start..start]), Location::MAX_EXCERPT / 2);
+        let after = String::from_utf8_lossy(&text[start..line_end]);
+        let covered = String::from_utf8_lossy(&text[start..end.min(line_end)]);
+        excerpt.extend(after.trim_end().chars().take(Location::MAX_EXCERPT - excerpt_start).map(printable));
+        let room = excerpt.chars().count().saturating_sub(excerpt_start).max(1);
+        let excerpt_length = covered.trim_end().chars().count().clamp(1, room);
+        let (line, column) = (mark.line_feeds + 1, mark.characters + 1);
+        Location { file, line, column, excerpt, excerpt_start, excerpt_length }
+    }
 }
 
 /// The last `count` characters, made printable, and how many there are.
@@ -211,6 +283,16 @@ mod tests {
         assert_eq!((location.line, location.column), (2, 4));
         assert_eq!(location.excerpt, "bc def");
         assert_eq!((location.excerpt_start, location.excerpt_length), (3, 3));
+    }
+
+    #[test]
+    fn places_far_into_a_text() {
+        let text = "ä b\nlonger line\n".repeat(10_000);
+        let map = map(&text);
+        for (at, _) in text.match_indices('b').step_by(997) {
+            let location = map.locate(Span::new(FileId(0), at, at + 1));
+            assert_eq!((location.line, location.column), (text[..at].matches('\n').count() + 1, 3));
+        }
     }
 
     #[test]

@@ -20,7 +20,7 @@ macro_rules! snapshot {
     ($name:ident, $report:expr) => {
         #[test]
         fn $name() {
-            insta::assert_snapshot!(stringify!($name), $report);
+            insta::with_settings!({ omit_expression => true }, { insta::assert_snapshot!(stringify!($name), $report) });
         }
     };
 }

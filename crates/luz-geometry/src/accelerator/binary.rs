@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::node::{LANES, LEAF_MAX};
+use super::node::LANES;
 use crate::Bounds3;
 
 /// A primitive as the builder sees it: its box, and two words that say what it is in the fourth coordinates.
@@ -41,6 +41,12 @@ impl Primitive {
         self.max.w.to_bits() & Self::OTHER != 0
     }
 
+    /// One triangle, or 2³² for something else: sums count both.
+    #[inline(always)]
+    fn weight(&self) -> Weight {
+        Weight(1 << (u64::from(self.max.w.to_bits() >> 31) * 32))
+    }
+
     /// The centre; halved first, so that nothing overflows.
     #[inline(always)]
     fn centroid(&self) -> Vec4 {
@@ -70,11 +76,39 @@ impl BinaryNode {
     }
 }
 
-/// Cost of testing one node, relative to that of one packet of triangles.
-pub(super) const NODE_COST: f32 = 1.0;
-/// Cost of one primitive that is not a triangle, relative to that of one packet of triangles.
-const OTHER_COST: f32 = 2.0;
-const BINS: usize = 16;
+/// How many triangles, and other things.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Weight(u64);
+
+impl Weight {
+    /// Cost of testing one node, relative to that of one packet of triangles.
+    pub const NODE_COST: f32 = 1.0;
+    /// Cost of one primitive that is not a triangle, relative to that of one packet of triangles.
+    const OTHER_COST: f32 = 2.0;
+
+    pub fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+
+    pub fn of(primitives: &[Primitive]) -> Self {
+        primitives.iter().fold(Self::default(), |w, p| w.add(p.weight()))
+    }
+
+    pub fn triangles(self) -> u32 {
+        self.0 as u32
+    }
+
+    pub fn others(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    /// The cost of testing all.
+    #[inline(always)]
+    pub fn cost(self) -> f32 {
+        self.triangles().div_ceil(LANES as u32) as f32 + self.others() as f32 * Self::OTHER_COST
+    }
+}
+
 /// Below this depth splits are by the heuristic, beyond by halves, so that depth is bounded whatever the input.
 const HEURISTIC_DEPTH: u32 = 48;
 /// The greatest depth of a tree of less than 2³² primitives.
@@ -82,8 +116,10 @@ pub(super) const MAX_DEPTH: usize = HEURISTIC_DEPTH as usize + 33;
 /// Ranges larger than this are worked on in parallel.
 const PARALLEL: usize = 1 << 13;
 const PARALLEL_BINNING: usize = 1 << 17;
+const CHUNK: usize = 1 << 15;
 
-/// Builds a tree over `primitives`, which it reorders. The result depends on nothing but the input.
+/// Builds a tree over `primitives`, which it reorders. Leaves have one other thing, or at most four triangles. The result
+/// depends on nothing but the input.
 pub(super) fn build(primitives: &mut [Primitive]) -> Vec<BinaryNode> {
     if primitives.is_empty() {
         return Vec::new();
@@ -112,21 +148,22 @@ impl Extent {
     };
 
     fn of(primitives: &[Primitive]) -> Self {
-        let sequential = |chunk: &[Primitive]| {
-            chunk.iter().fold(Self::EMPTY, |e, p| {
-                let c = p.centroid();
-                Self {
-                    min: e.min.min(p.min),
-                    max: e.max.max(p.max),
-                    centroid_min: e.centroid_min.min(c),
-                    centroid_max: e.centroid_max.max(c),
-                }
-            })
-        };
+        let sequential = |chunk: &[Primitive]| chunk.iter().fold(Self::EMPTY, Self::with);
         if primitives.len() < PARALLEL_BINNING {
             return sequential(primitives);
         }
-        primitives.par_chunks(1 << 15).map(sequential).reduce(|| Self::EMPTY, Self::union)
+        primitives.par_chunks(CHUNK).map(sequential).reduce(|| Self::EMPTY, Self::union)
+    }
+
+    #[inline(always)]
+    fn with(self, p: &Primitive) -> Self {
+        let c = p.centroid();
+        Self {
+            min: self.min.min(p.min),
+            max: self.max.max(p.max),
+            centroid_min: self.centroid_min.min(c),
+            centroid_max: self.centroid_max.max(c),
+        }
     }
 
     fn union(self, other: Self) -> Self {
@@ -150,45 +187,37 @@ fn half_area(min: Vec4, max: Vec4) -> f32 {
 struct Bin {
     min: Vec4,
     max: Vec4,
-    triangles: u32,
-    others: u32,
+    weight: Weight,
 }
 
 impl Bin {
-    const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY, triangles: 0, others: 0 };
+    const EMPTY: Self = Self { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY, weight: Weight(0) };
 
-    fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-            triangles: self.triangles + other.triangles,
-            others: self.others + other.others,
-        }
+    #[inline(always)]
+    fn union(self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max), weight: self.weight.add(other.weight) }
     }
 
-    fn is_empty(&self) -> bool {
-        self.triangles + self.others == 0
-    }
-
-    fn leaf_cost(&self) -> f32 {
-        self.triangles.div_ceil(LANES as u32) as f32 + self.others as f32 * OTHER_COST
+    /// What it costs to test all that is in it, if a ray meets its box; infinite where it is empty.
+    #[inline(always)]
+    fn cost(&self) -> f32 {
+        if self.weight.0 == 0 { f32::INFINITY } else { half_area(self.min, self.max) * self.weight.cost() }
     }
 }
 
-type Bins = [[Bin; BINS]; 3];
-
-/// From centroids to bins on all three axes.
+/// From centroids to `B` bins on all three axes; `B` is a power of two.
 #[derive(Clone, Copy)]
-struct Binning {
+struct Binning<const B: usize> {
     from: Vec4,
     scale: Vec4,
 }
 
-impl Binning {
+impl<const B: usize> Binning<B> {
     fn new(extent: &Extent) -> Self {
         let size = extent.centroid_max - extent.centroid_min;
         let scale = size.to_array().map(|s| {
-            let scale = BINS as f32 * 0.9999 / s;
+            // Rounded to the nearest bin: the last ends at B − 1/2.
+            let scale = (B as f32 - 0.51) / s;
             if s > 0.0 && scale.is_finite() { scale } else { 0.0 }
         });
         Self { from: extent.centroid_min, scale: Vec4::from_array(scale) }
@@ -196,22 +225,21 @@ impl Binning {
 
     #[inline(always)]
     fn bins(&self, p: &Primitive) -> [usize; 3] {
-        let b = (p.centroid() - self.from) * self.scale;
-        [b.x, b.y, b.z].map(|b| (b as i32 as usize).min(BINS - 1))
+        // At 2²³ the spacing of f32 is one: the sum's low bits are the rounded number.
+        let b = (p.centroid() - self.from) * self.scale + Vec4::splat((1 << 23) as f32);
+        [b.x, b.y, b.z].map(|b| b.to_bits() as usize & (B - 1))
     }
 
-    fn fill(&self, primitives: &[Primitive]) -> Bins {
+    fn fill(&self, primitives: &[Primitive]) -> [[Bin; B]; 3] {
         let sequential = |chunk: &[Primitive]| {
-            let mut bins = [[Bin::EMPTY; BINS]; 3];
+            let mut bins = [[Bin::EMPTY; B]; 3];
             for p in chunk {
                 let at = self.bins(p);
-                let other = u32::from(p.is_other());
                 for axis in 0..3 {
                     let bin = &mut bins[axis][at[axis]];
                     bin.min = bin.min.min(p.min);
                     bin.max = bin.max.max(p.max);
-                    bin.triangles += 1 - other;
-                    bin.others += other;
+                    bin.weight = bin.weight.add(p.weight());
                 }
             }
             bins
@@ -219,66 +247,65 @@ impl Binning {
         if primitives.len() < PARALLEL_BINNING {
             return sequential(primitives);
         }
-        primitives.par_chunks(1 << 15).map(sequential).reduce(
-            || [[Bin::EMPTY; BINS]; 3],
-            |a, b| std::array::from_fn(|axis| std::array::from_fn(|i| a[axis][i].union(b[axis][i]))),
+        primitives.par_chunks(CHUNK).map(sequential).reduce(
+            || [[Bin::EMPTY; B]; 3],
+            |a, b| std::array::from_fn(|axis| std::array::from_fn(|i| a[axis][i].union(&b[axis][i]))),
         )
     }
-}
 
-/// A way to cut a range in two.
-struct Cut {
-    axis: usize,
-    /// The first bin of the right part.
-    bin: usize,
-    cost: f32,
-}
-
-fn best_cut(bins: &Bins, binning: &Binning) -> Option<Cut> {
-    let mut best: Option<Cut> = None;
-    for axis in 0..3 {
-        if binning.scale[axis] == 0.0 {
-            continue;
-        }
-        let bins = &bins[axis];
-        let mut right_costs = [0.0; BINS];
-        let mut right = Bin::EMPTY;
-        for i in (1..BINS).rev() {
-            right = right.union(bins[i]);
-            right_costs[i] =
-                if right.is_empty() { f32::INFINITY } else { half_area(right.min, right.max) * right.leaf_cost() };
-        }
-        let mut left = Bin::EMPTY;
-        for i in 1..BINS {
-            left = left.union(bins[i - 1]);
-            if left.is_empty() {
+    /// The axis and the first bin of the right part of the cheapest way to cut a range in two.
+    fn best_cut(&self, bins: &[[Bin; B]; 3]) -> Option<(usize, usize)> {
+        let mut best = None;
+        let mut least = f32::INFINITY;
+        for axis in 0..3 {
+            if self.scale[axis] == 0.0 {
                 continue;
             }
-            let cost = half_area(left.min, left.max) * left.leaf_cost() + right_costs[i];
-            if cost < best.as_ref().map_or(f32::INFINITY, |b| b.cost) {
-                best = Some(Cut { axis, bin: i, cost });
+            let bins = &bins[axis];
+            let mut right_costs = [0.0; B];
+            let mut right = Bin::EMPTY;
+            for i in (1..B).rev() {
+                right = right.union(&bins[i]);
+                right_costs[i] = right.cost();
+            }
+            let mut left = Bin::EMPTY;
+            for i in 1..B {
+                left = left.union(&bins[i - 1]);
+                let cost = left.cost() + right_costs[i];
+                if cost < least {
+                    (best, least) = (Some((axis, i)), cost);
+                }
             }
         }
+        best
     }
-    best
+
+    /// Cuts where it is cheapest; `None` where there is nothing to choose between.
+    fn cut(primitives: &mut [Primitive], extent: &Extent) -> Option<(usize, Extent, Extent)> {
+        let binning = Self::new(extent);
+        let (axis, bin) = binning.best_cut(&binning.fill(primitives))?;
+        let parts = partition(primitives, |p| binning.bins(p)[axis] < bin);
+        (parts.0 > 0 && parts.0 < primitives.len()).then_some(parts)
+    }
 }
 
 /// Moves what belongs to the left to the front; returns how many, and the extents of both parts.
-fn partition(primitives: &mut [Primitive], goes_left: impl Fn(&Primitive) -> bool) -> usize {
+fn partition(primitives: &mut [Primitive], goes_left: impl Fn(&Primitive) -> bool) -> (usize, Extent, Extent) {
+    let (mut left, mut right) = (Extent::EMPTY, Extent::EMPTY);
     let (mut i, mut j) = (0, primitives.len());
     loop {
         while i < j && goes_left(&primitives[i]) {
+            left = left.with(&primitives[i]);
             i += 1;
         }
         while i < j && !goes_left(&primitives[j - 1]) {
+            right = right.with(&primitives[j - 1]);
             j -= 1;
         }
         if i >= j {
-            return i;
+            return (i, left, right);
         }
         primitives.swap(i, j - 1);
-        i += 1;
-        j -= 1;
     }
 }
 
@@ -291,46 +318,29 @@ fn split(primitives: &mut [Primitive], first: usize, nodes: &mut [BinaryNode], e
         count: count as u32,
         right: 0,
     };
-    if count == 1 {
+    if count == 1 || count <= LANES && primitives.iter().all(|p| !p.is_other()) {
         return;
     }
-    let others = if count <= LANES * LEAF_MAX { primitives.iter().filter(|p| p.is_other()).count() } else { 0 };
-    let pure = others == 0 || others == count;
-    let fits = pure && if others == 0 { count <= LANES * LEAF_MAX } else { count <= LEAF_MAX };
-    if fits && others == 0 && count <= LANES {
-        return;
-    }
-
-    let mut middle = 0;
-    if depth < HEURISTIC_DEPTH {
-        let binning = Binning::new(&extent);
-        let bins = binning.fill(primitives);
-        if let Some(cut) = best_cut(&bins, &binning) {
-            if fits {
-                let leaf = Bin { others: others as u32, triangles: (count - others) as u32, ..Bin::EMPTY }.leaf_cost();
-                let area = half_area(extent.min, extent.max);
-                if leaf * area <= NODE_COST * area + cut.cost {
-                    return;
-                }
-            }
-            middle = partition(primitives, |p| binning.bins(p)[cut.axis] < cut.bin);
-        } else if fits {
-            return;
+    let cut = match count {
+        _ if depth >= HEURISTIC_DEPTH => None,
+        ..=24 => Binning::<8>::cut(primitives, &extent),
+        _ => Binning::<16>::cut(primitives, &extent),
+    };
+    let (middle, left_extent, right_extent) = cut.unwrap_or_else(|| {
+        // Triangles from other things first, so that leaves are of one kind, then by halves.
+        let (triangles, left, right) = partition(primitives, |p| !p.is_other());
+        if triangles > 0 && triangles < count {
+            return (triangles, left, right);
         }
-    }
-    if middle == 0 || middle == count {
-        // No cut, or too deep: triangles from other things first, then by halves.
-        middle = if pure { 0 } else { partition(primitives, |p| !p.is_other()) };
-        if middle == 0 || middle == count {
-            middle = count / 2;
-        }
-    }
+        let (left, right) = primitives.split_at(count / 2);
+        (count / 2, Extent::of(left), Extent::of(right))
+    });
 
     nodes[0].right = 2 * middle as u32;
     let (left, right) = primitives.split_at_mut(middle);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * middle - 1);
-    let mut go_left = || split(left, first, left_nodes, Extent::of(left), depth + 1);
-    let mut go_right = || split(right, first + middle, right_nodes, Extent::of(right), depth + 1);
+    let mut go_left = || split(left, first, left_nodes, left_extent, depth + 1);
+    let mut go_right = || split(right, first + middle, right_nodes, right_extent, depth + 1);
     if count >= PARALLEL {
         rayon::join(go_left, go_right);
     } else {

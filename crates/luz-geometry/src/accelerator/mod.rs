@@ -5,6 +5,7 @@ mod collapse;
 mod instance;
 
 mod node;
+mod pages;
 mod simd;
 
 use glam::{Vec2, Vec3};
@@ -174,7 +175,7 @@ fn grow(mut primitives: Vec<Primitive>, shapes: &[Shape], report: &mut BuildRepo
 }
 
 /// Shapes, and trees over them. Built by [`AcceleratorBuilder`].
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Accelerator {
     shapes: Vec<Shape>,
     filtered: Vec<bool>,

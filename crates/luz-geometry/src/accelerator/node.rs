@@ -1,8 +1,9 @@
 //! How a tree lies in memory.
 
-use bytemuck::Zeroable;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+use super::pages::Pages;
 use crate::Bounds3;
 
 /// How many children a node has.
@@ -15,18 +16,20 @@ pub(super) const LEAF_MAX: usize = 8;
 /// A node of eight children with their boxes, axis by axis, so that one SIMD load takes one plane of all eight.
 ///
 /// Empty places have the box `+∞ … −∞`, which no ray hits.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
 pub(super) struct WideNode {
     /// `planes[axis]` are the lower planes of the children, `planes[3 + axis]` the upper ones.
     pub planes: [[f32; WIDTH]; 6],
     pub children: [Child; WIDTH],
+    /// To four cache lines.
+    _unused: [u32; 8],
 }
 
 impl WideNode {
     pub const EMPTY: Self = {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        Self { planes: [low, low, low, high, high, high], children: [Child::EMPTY; WIDTH] }
+        Self { planes: [low, low, low, high, high, high], children: [Child::EMPTY; WIDTH], _unused: [0; 8] }
     };
 
     pub fn set(&mut self, place: usize, bounds: &Bounds3, child: Child) {
@@ -39,7 +42,7 @@ impl WideNode {
 }
 
 /// What a node points to: another node, or a leaf of 1 to 8 triangle packets, or of 1 to 8 other things.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct Child(u32);
 
@@ -99,13 +102,15 @@ impl Child {
 }
 
 /// Four triangles, coordinate by coordinate. Where there are fewer, the last is repeated.
-#[derive(Clone, Copy, Debug, Zeroable)]
-#[repr(C, align(16))]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
 pub(super) struct TrianglePacket {
     /// `corners[corner][axis][lane]`.
     pub corners: [[[f32; LANES]; 3]; 3],
     pub shape: [u32; LANES],
     pub primitive: [u32; LANES],
+    /// To three cache lines.
+    _unused: [u32; 4],
 }
 
 impl TrianglePacket {
@@ -134,10 +139,10 @@ pub(super) enum Other {
 }
 
 /// One level: a tree over triangles and other things.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Tree {
-    pub nodes: Vec<WideNode>,
-    pub packets: Vec<TrianglePacket>,
+    pub nodes: Pages<WideNode>,
+    pub packets: Pages<TrianglePacket>,
     pub others: Vec<Other>,
     pub bounds: Bounds3,
     /// The largest absolute coordinate of the bounds.

@@ -4,7 +4,8 @@ mod exr;
 mod pfm;
 mod raster;
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,8 @@ pub struct ReadOptions {
     /// How integers stand for light. `None`: as the file says, sRGB where it says nothing. [`Encoding::Linear`] gives the
     /// stored values, scaled to `[0, 1]`. Opacity is always linear, and float files are not decoded.
     pub encoding: Option<Encoding>,
-    /// Images that need more bytes than this in memory (four for every sample) are refused.
+    /// Images that need more bytes than this in memory (four for every sample) are refused, and so are files
+    /// that have more.
     pub max_bytes: u64,
 }
 
@@ -47,7 +49,8 @@ impl Image {
     /// As [`Image::read`].
     pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Self, ImageError> {
         let path = path.as_ref();
-        let bytes = fs::read(path).map_err(|source| ImageError::Open { path: path.to_owned(), source })?;
+        let bytes = read_bounded(path, options.max_bytes)
+            .map_err(|source| ImageError::Open { path: path.to_owned(), source })?;
         Self::decode(&bytes, Format::from_path(path), options).map_err(|error| error.with_path(path))
     }
 
@@ -67,6 +70,17 @@ impl Image {
         }));
         result.unwrap_or_else(|_| Err(damaged(format, "the file is damaged")))
     }
+}
+
+/// A file's bytes, unless there are more than `max_bytes`: pipes and devices may never end.
+fn read_bounded(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max_bytes {
+        let reason = format!("it is larger than the {max_bytes} bytes that are allowed");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
+    }
+    Ok(bytes)
 }
 
 /// An error about a file whose path the caller adds.

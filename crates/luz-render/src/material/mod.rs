@@ -7,8 +7,8 @@ pub use perturb::{NormalMap, Perturbation};
 pub use shading::Shading;
 
 use crate::bsdf::{
-    Base, Bsdf, CoatInterface, CoatMedium, CoatedDiffuse, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layered,
-    ThinDielectric, TrowbridgeReitz,
+    Base, Bsdf, CoatInterface, CoatMedium, CoatWeights, CoatedDiffuse, Conductor, Dielectric, Diffuse,
+    DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
 };
 use crate::texture::{FloatTextureId, SpectrumTextureId, SurfaceContext, Textures};
 use glam::Vec3;
@@ -118,6 +118,8 @@ pub struct Coat {
     pub max_depth: u32,
     /// How many walks estimate a value.
     pub samples: u32,
+    /// How those walks are weighted.
+    pub weights: CoatWeights,
     /// Tables of the closed form, where thickness and index are constant and nothing is suspended.
     pub interface: Option<Box<CoatInterface>>,
 }
@@ -136,7 +138,8 @@ impl Coat {
             g: textures.float(self.g, context),
         };
         let interface = Dielectric::new(self.roughness.distribution(textures, context), eta);
-        Bsdf::Layered(Layered::new(interface, base, medium, self.max_depth, self.samples, 0))
+        let layered = Layered::new(interface, base, medium, self.max_depth, self.samples, 0);
+        Bsdf::Layered(layered.with_weights(self.weights))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A piecewise constant density on an interval.
 
 use super::DistributionError;
-use super::cumulative::{Cells, accumulate, density, find, lerp, without_underflow};
+use super::cumulative::{Cells, CumulativeRows, density, without_underflow};
 use super::error::check;
 
 /// A density on an interval that is proportional to a step function of equal steps, sampled by inversion.
@@ -9,7 +9,7 @@ use super::error::check;
 pub struct PiecewiseConstant1D {
     cells: Cells,
     values: Vec<f32>,
-    sums: Vec<f32>,
+    sums: CumulativeRows,
     integral: f64,
 }
 
@@ -25,8 +25,8 @@ impl PiecewiseConstant1D {
         let cells = Cells::new(min, max, values.len())?;
         let integral = values.iter().copied().map(f64::from).sum::<f64>() * cells.width();
         let values = without_underflow(values, integral);
-        let mut sums = vec![0.0; values.len() + 1];
-        accumulate(values.iter().copied().map(f64::from), &mut sums);
+        let mut sums = CumulativeRows::new(values.len(), 1);
+        sums.fill(0, values.iter().copied().map(f64::from));
         Ok(Self { cells, values, sums, integral })
     }
 
@@ -48,7 +48,7 @@ impl PiecewiseConstant1D {
     /// A point, its density (in length), and its step. The density is positive unless all values are zero.
     #[inline]
     pub fn sample(&self, u: f32) -> (f32, f32, usize) {
-        let (index, offset) = find(&self.sums, u);
+        let (index, offset) = self.sums.find(0, u);
         (self.cells.point(index, offset), self.density(index), index)
     }
 
@@ -62,7 +62,7 @@ impl PiecewiseConstant1D {
     #[inline]
     pub fn invert(&self, x: f32) -> Option<f32> {
         let (index, offset) = self.cells.locate(x)?;
-        Some(lerp(&self.sums, index, offset))
+        Some(self.sums.lerp(0, index, offset))
     }
 
     #[inline]

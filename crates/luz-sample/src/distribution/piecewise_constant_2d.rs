@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 use super::DistributionError;
-use super::cumulative::{Cells, accumulate, density, find, lerp, without_underflow};
+use super::cumulative::{Cells, CumulativeRows, density, without_underflow};
 use super::error::check;
 
 /// A density on a rectangle that is proportional to a table of equal cells, sampled by inversion: `y` from its marginal
@@ -13,9 +13,8 @@ pub struct PiecewiseConstant2D {
     columns: Cells,
     rows: Cells,
     values: Vec<f32>,
-    /// Cumulative sums of every row, each one longer than the row.
-    row_sums: Vec<f32>,
-    marginal_sums: Vec<f32>,
+    conditional: CumulativeRows,
+    marginal: CumulativeRows,
     integral: f64,
 }
 
@@ -49,15 +48,12 @@ impl PiecewiseConstant2D {
         }
         let integral = values.iter().copied().map(f64::from).sum::<f64>() * area;
         let values = without_underflow(values, integral);
-        let mut row_sums = vec![0.0; (width + 1) * height];
-        let totals: Vec<f64> = values
-            .chunks_exact(width)
-            .zip(row_sums.chunks_exact_mut(width + 1))
-            .map(|(row, sums)| accumulate(row.iter().copied().map(f64::from), sums))
-            .collect();
-        let mut marginal_sums = vec![0.0; height + 1];
-        accumulate(totals.iter().copied(), &mut marginal_sums);
-        Ok(Self { columns, rows, values, row_sums, marginal_sums, integral })
+        let mut conditional = CumulativeRows::new(width, height);
+        let fill = |(i, row): (usize, &[f32])| conditional.fill(i, row.iter().copied().map(f64::from));
+        let totals: Vec<f64> = values.chunks_exact(width).enumerate().map(fill).collect();
+        let mut marginal = CumulativeRows::new(height, 1);
+        marginal.fill(0, totals.iter().copied());
+        Ok(Self { columns, rows, values, conditional, marginal, integral })
     }
 
     /// Width and height of the table.
@@ -73,8 +69,8 @@ impl PiecewiseConstant2D {
     /// A point and its density, in area. The density is positive unless all values are zero.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
-        let (row, y) = find(&self.marginal_sums, u.y);
-        let (column, x) = find(self.row(row), u.x);
+        let (row, y) = self.marginal.find(0, u.y);
+        let (column, x) = self.conditional.find(row, u.x);
         let point = Vec2::new(self.columns.point(column, x), self.rows.point(row, y));
         (point, self.density(column, row))
     }
@@ -93,13 +89,7 @@ impl PiecewiseConstant2D {
     pub fn invert(&self, p: Vec2) -> Option<Vec2> {
         let (column, x) = self.columns.locate(p.x)?;
         let (row, y) = self.rows.locate(p.y)?;
-        Some(Vec2::new(lerp(self.row(row), column, x), lerp(&self.marginal_sums, row, y)))
-    }
-
-    #[inline]
-    fn row(&self, row: usize) -> &[f32] {
-        let length = self.columns.count() + 1;
-        &self.row_sums[row * length..(row + 1) * length]
+        Some(Vec2::new(self.conditional.lerp(row, column, x), self.marginal.lerp(0, row, y)))
     }
 
     #[inline]

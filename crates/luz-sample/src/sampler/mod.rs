@@ -5,6 +5,7 @@
 //! a line in each of the enumerations below.
 
 mod halton;
+mod order;
 mod sobol;
 mod stratified;
 mod zsobol;
@@ -156,6 +157,32 @@ enum State {
     ZSobol(ZSobol),
 }
 
+impl State {
+    /// [`Points::point_1d`] of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn other_1d(&self, dimension: u32) -> u32 {
+        match self {
+            Self::Independent(points) => points.point_1d(dimension),
+            Self::Stratified(points) => points.point_1d(dimension),
+            Self::Halton(points) => points.point_1d(dimension),
+            Self::Sobol(points) => points.point_1d(dimension),
+            Self::ZSobol(points) => points.point_1d(dimension),
+        }
+    }
+
+    /// [`Points::point_2d`] of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn other_2d(&self, dimension: u32) -> [u32; 2] {
+        match self {
+            Self::Independent(points) => points.point_2d(dimension),
+            Self::Stratified(points) => points.point_2d(dimension),
+            Self::Halton(points) => points.point_2d(dimension),
+            Self::Sobol(points) => points.point_2d(dimension),
+            Self::ZSobol(points) => points.point_2d(dimension),
+        }
+    }
+}
+
 /// The numbers of one sample of one pixel.
 ///
 /// What is drawn at a dimension depends on the dimension and on whether one or two are drawn together, on nothing else.
@@ -186,11 +213,8 @@ impl Samples for PixelSamples<'_> {
         let d = self.dimension;
         self.dimension = d.wrapping_add(1);
         unit_f32(match &self.state {
-            State::Independent(points) => points.point_1d(d),
-            State::Stratified(points) => points.point_1d(d),
-            State::Halton(points) => points.point_1d(d),
             State::Sobol(points) => points.point_1d(d),
-            State::ZSobol(points) => points.point_1d(d),
+            other => other.other_1d(d),
         })
     }
 
@@ -199,11 +223,8 @@ impl Samples for PixelSamples<'_> {
         let d = self.dimension;
         self.dimension = d.wrapping_add(2);
         let [x, y] = match &self.state {
-            State::Independent(points) => points.point_2d(d),
-            State::Stratified(points) => points.point_2d(d),
-            State::Halton(points) => points.point_2d(d),
             State::Sobol(points) => points.point_2d(d),
-            State::ZSobol(points) => points.point_2d(d),
+            other => other.other_2d(d),
         };
         Vec2::new(unit_f32(x), unit_f32(y))
     }

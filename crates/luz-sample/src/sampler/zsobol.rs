@@ -1,8 +1,9 @@
 //! Owen-scrambled Sobol points in shuffled Z-order over the image.
 
 use super::Points;
-use crate::owen::{MIXED_BITS, laine_karras_64, mix_low_bits, sobol_1d, sobol_2d};
-use crate::random::{GOLDEN, mix, stream_key};
+use super::order::{Order, block_size_log};
+use crate::owen::{laine_karras_64, second_dimension, sobol_1d, sobol_2d};
+use crate::random::{mix, scatter, stream_key};
 
 /// One randomised Sobol sequence for every pair of dimensions, dealt out to all samples of all pixels along the Z-order curve
 /// of the image, whose quadrants are shuffled at every level (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of
@@ -19,14 +20,11 @@ pub(super) struct ZSobol {
     key: u64,
     /// The index along the curve, bit-reversed.
     reversed: u64,
-    /// The low bits of the index whose order is given up, within a pixel.
-    mask: u32,
+    /// The order of a block of the pixel's samples.
+    order: Order,
     /// Where the higher bits of quadrants are in the reversed index.
     quadrants: u64,
 }
-
-/// The low half of a word.
-const LOW: u64 = 0xffff_ffff;
 
 /// The bits of `x` at the even places of a 64-bit number.
 #[inline]
@@ -49,10 +47,12 @@ impl ZSobol {
         let sample = u64::from(sample_index & ((1 << bits) - 1));
         let curve = spread(x) | spread(y) << 1;
         let odd_places = 0xaaaa_aaaa_aaaa_aaaa_u64;
+        let index = curve << bits | sample;
+        let (key, log) = (stream_key(seed, round), block_size_log(samples_per_pixel, sample as u32).min(bits));
         Self {
-            key: stream_key(seed, round),
-            reversed: (curve << bits | sample).reverse_bits(),
-            mask: (1 << bits.min(MIXED_BITS)) - 1,
+            key,
+            order: Order::new(mix(key ^ !(index >> log)), log, sample_index),
+            reversed: index.reverse_bits(),
             quadrants: (odd_places << bits).reverse_bits(),
         }
     }
@@ -60,9 +60,9 @@ impl ZSobol {
     /// The shuffled index along the sequence, and random bits that depend on the dimension alone.
     #[inline(always)]
     fn shuffle(&self, dimension: u32) -> (u64, u64) {
-        let bits = mix(self.key.wrapping_add(GOLDEN.wrapping_mul(u64::from(dimension))));
+        let bits = scatter(self.key ^ u64::from(dimension));
         // Bits below a place hash what is above it in the curve. Two of them choose the pairs of a quadrant.
-        let chance = laine_karras_64(self.reversed, bits);
+        let chance = self.reversed.wrapping_mul(bits | 1).wrapping_add(bits.rotate_left(32));
         let mut v = self.reversed;
         let crosswise = chance << 1 & self.quadrants;
         let swap = (v ^ v >> 1) & (chance << 2) & self.quadrants & !crosswise;
@@ -70,7 +70,7 @@ impl ZSobol {
         v ^= v >> 1 & crosswise;
         let shuffled = laine_karras_64(v, bits.wrapping_mul(0xa076_1d64_78bd_642f));
         let index = shuffled.reverse_bits();
-        (index & !LOW | u64::from(mix_low_bits(index as u32, self.mask, (bits >> 16) as u32)), bits)
+        (index & !u64::from(self.order.mask) | u64::from(self.order.place(bits)), bits)
     }
 }
 
@@ -85,6 +85,6 @@ impl Points for ZSobol {
     fn point_2d(&self, dimension: u32) -> [u32; 2] {
         let (index, bits) = self.shuffle(dimension);
         let more = bits.wrapping_mul(0xd6e8_feb8_6659_fd93);
-        sobol_2d(index, [(bits >> 32) as u32, (more >> 32) as u32])
+        sobol_2d(index as u32, second_dimension(index), [(bits >> 32) as u32, (more >> 32) as u32])
     }
 }

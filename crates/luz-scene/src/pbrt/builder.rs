@@ -5,13 +5,14 @@
 use super::ReadOptions;
 use super::objects::ActiveObject;
 use super::state::{AttributeTarget, GraphicsState, PENDING, Reference};
-use super::transforms::{self, MatrixFault, Transforms};
+use super::transforms::Transforms;
 use crate::description::{
     CameraEntity, Entity, Instance, LightEntity, MaterialEntity, MediumEntity, ObjectDefinition, RenderOptions,
     ShapeEntity, TextureEntity, TextureType, TransformSet,
 };
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
-use crate::parameters::{Parameter, ParameterList, Values};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::parameter::{Parameter, Values};
+use crate::parameters::ParameterList;
 use crate::schema::{self, Accepts, Category, EntitySchema};
 use crate::source::{SourceMap, Span};
 use crate::spectrum::ColorSpace;
@@ -51,6 +52,8 @@ pub(super) struct Builder<'a> {
     pub base: usize,
     pub coordinate_systems: HashMap<Arc<str>, [DMat4; 2]>,
     pub world: Option<Span>,
+    /// The end of the scene's text.
+    pub end: Option<Span>,
     pub world_assumed: bool,
 
     pub camera: CameraEntity,
@@ -70,6 +73,8 @@ pub(super) struct Builder<'a> {
     pub textures: Vec<TextureEntity>,
     pub media: Vec<MediumEntity>,
 
+    /// Were all parameters of the current directive read? If not, none is called missing.
+    pub parameters_complete: bool,
     pub active_object: Option<ActiveObject>,
     pub material_names: HashMap<Arc<str>, usize>,
     pub medium_names: HashMap<Arc<str>, usize>,
@@ -110,6 +115,7 @@ impl<'a> Builder<'a> {
             base: 0,
             coordinate_systems: HashMap::new(),
             world: None,
+            end: None,
             world_assumed: false,
             camera,
             film: default_entity("rgb"),
@@ -127,6 +133,7 @@ impl<'a> Builder<'a> {
             materials: vec![MaterialEntity { name: None, entity: default_entity("diffuse") }],
             textures: Vec::new(),
             media: Vec::new(),
+            parameters_complete: true,
             active_object: None,
             material_names: HashMap::new(),
             medium_names: HashMap::new(),
@@ -163,180 +170,6 @@ impl<'a> Builder<'a> {
         self.world.is_none()
     }
 
-    // Transformations
-
-    pub fn identity(&mut self) {
-        // The identity cannot fail.
-        let _ = self.state.transforms.set(DMat4::IDENTITY);
-    }
-
-    fn concatenate(&mut self, matrix: DMat4, span: Span) {
-        let result = self.state.transforms.concatenate(matrix);
-        self.report_matrix(result, span);
-    }
-
-    fn report_matrix(&mut self, result: Result<(), MatrixFault>, span: Span) {
-        let message = match result {
-            Ok(()) => return,
-            Err(MatrixFault::Singular) => "this transformation has no inverse",
-            Err(MatrixFault::OutOfRange) => {
-                "with this, the current transformation leaves the range of single precision"
-            }
-        };
-        self.diagnostics.error(span, message);
-    }
-
-    pub fn translate(&mut self, v: [f32; 3], span: Span) {
-        self.concatenate(transforms::translate(v), span);
-    }
-
-    pub fn scale(&mut self, v: [f32; 3], span: Span) {
-        self.concatenate(transforms::scale(v), span);
-    }
-
-    pub fn rotate(&mut self, degrees: f32, axis: [f32; 3], span: Span) {
-        match transforms::rotate(degrees, axis) {
-            Some(matrix) => self.concatenate(matrix, span),
-            None => self.diagnostics.error(span, "the axis of this rotation has length zero"),
-        }
-    }
-
-    pub fn look_at(&mut self, v: [f32; 9], span: Span) {
-        match transforms::look_at(v) {
-            Some(matrix) => self.concatenate(matrix, span),
-            None => self.diagnostics.push(
-                Diagnostic::error(span, "this `LookAt` leaves the orientation open")
-                    .with_help("eye and target must differ, and up must not be parallel to the line between them"),
-            ),
-        }
-    }
-
-    pub fn set_transform(&mut self, v: [f32; 16], span: Span) {
-        let result = self.state.transforms.set(DMat4::from_cols_array(&v.map(f64::from)));
-        self.report_matrix(result, span);
-    }
-
-    pub fn concat_transform(&mut self, v: [f32; 16], span: Span) {
-        self.concatenate(DMat4::from_cols_array(&v.map(f64::from)), span);
-    }
-
-    pub fn transform_times(&mut self, times: [f32; 2], span: Span) {
-        if self.require_options("TransformTimes", span) {
-            if times[1] < times[0] {
-                self.diagnostics.error(span, "the end time must not come before the start time");
-            }
-            self.transform_times = times;
-        }
-    }
-
-    pub fn active_transform(&mut self, active: [bool; 2]) {
-        self.state.transforms.active = active;
-    }
-
-    pub fn coordinate_system(&mut self, (name, _): Named) {
-        self.coordinate_systems.insert(name, self.state.transforms.matrices);
-    }
-
-    pub fn coord_sys_transform(&mut self, (name, span): Named) {
-        match self.coordinate_systems.get(&name) {
-            Some(matrices) => self.state.transforms.matrices = *matrices,
-            None => {
-                let known = self.coordinate_systems.keys().map(|k| &**k);
-                let help = did_you_mean(&name, known);
-                let message = format!("there is no coordinate system `{name}`; nothing changes");
-                self.diagnostics.push(Diagnostic::warning(span, message).with_optional_help(help));
-            }
-        }
-    }
-
-    // Attributes
-
-    pub fn set_color_space(&mut self, (name, span): Named) {
-        match ColorSpace::named(&name) {
-            Some(color_space) => self.state.color_space = color_space,
-            None => {
-                let help = did_you_mean(&name, ColorSpace::NAMES)
-                    .unwrap_or_else(|| format!("known are {}", ColorSpace::NAMES.join(", ")));
-                let message = format!("unknown colour space `{name}`");
-                self.diagnostics.push(Diagnostic::error(span, message).with_help(help));
-            }
-        }
-    }
-
-    pub fn attribute_begin(&mut self, span: Span) {
-        self.require_world("AttributeBegin", span);
-        self.push_state(Opener::Attribute, span);
-    }
-
-    pub fn push_state(&mut self, opener: Opener, span: Span) {
-        let limit = self.read_options.limits.attribute_depth;
-        if self.stack.len() == limit {
-            let message = format!("`AttributeBegin` is nested more than {limit} deep");
-            self.diagnostics.error(span, message);
-        }
-        // Deeper states are counted but not kept: the scene is lost anyway.
-        if self.stack.len() >= limit {
-            self.stack.push((opener, span, GraphicsState::new()));
-        } else {
-            self.stack.push((opener, span, self.state.clone()));
-        }
-    }
-
-    pub fn attribute_end(&mut self, span: Span) {
-        let message = "`AttributeEnd` without `AttributeBegin`";
-        if self.stack.len() <= self.base {
-            self.diagnostics.error(span, message);
-            return;
-        }
-        match self.stack.pop_if(|(opener, _, _)| *opener == Opener::Attribute) {
-            Some((_, _, state)) => self.state = state,
-            None => {
-                let object = self.stack.last().map(|(_, opened, _)| *opened);
-                self.diagnostics.push(Diagnostic::error(span, message).with_note(object, "in this object"));
-            }
-        }
-    }
-
-    pub fn attribute(&mut self, (target, span): Named, parameters: Vec<Parameter>) {
-        let Some(target) = AttributeTarget::named(&target) else {
-            let help = did_you_mean(&target, AttributeTarget::NAMES)
-                .unwrap_or_else(|| format!("known are {}", AttributeTarget::NAMES.join(", ")));
-            let message = format!("unknown target of attributes `{target}`");
-            self.diagnostics.push(Diagnostic::error(span, message).with_help(help));
-            return;
-        };
-        let limit = self.read_options.limits.attribute_parameters;
-        let attributes = &mut self.state.attributes[target as usize];
-        if attributes.len() + parameters.len() > limit {
-            self.diagnostics.error(span, format!("more than {limit} parameters are set by `Attribute` at once"));
-        } else if !parameters.is_empty() {
-            Arc::make_mut(attributes).extend(parameters.into_iter().map(Arc::new));
-        }
-    }
-
-    pub fn reverse_orientation(&mut self, span: Span) {
-        self.require_world("ReverseOrientation", span);
-        self.state.reverse_orientation = !self.state.reverse_orientation;
-    }
-
-    /// An empty name is no medium.
-    fn medium_reference(&mut self, (name, span): Named) -> Option<Reference> {
-        if name.is_empty() {
-            return None;
-        }
-        Some(match self.medium_names.get(&name) {
-            Some(index) => *index,
-            None => pend(&mut self.pending_media, (name, span)),
-        })
-    }
-
-    pub fn medium_interface(&mut self, inside: Named, outside: Named) {
-        self.state.inside_medium = self.medium_reference(inside);
-        self.state.outside_medium = self.medium_reference(outside);
-    }
-
-    // Entities
-
     fn entity(
         &mut self,
         span: Span,
@@ -353,7 +186,9 @@ impl<'a> Builder<'a> {
 
     /// Checks an entity, and that the files it names are there. `user`: the texture that it is.
     fn check(&mut self, category: Category, entity: &Entity, user: Option<usize>) {
-        let Some(schema) = schema::check(category, entity, &mut self.diagnostics) else { return };
+        let Some(schema) = schema::check(category, entity, self.parameters_complete, &mut self.diagnostics) else {
+            return;
+        };
         self.note_references(schema, entity, user);
     }
 
@@ -403,40 +238,42 @@ impl<'a> Builder<'a> {
     pub fn film(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Film", span) {
             self.film = self.entity(span, kind, parameters, None);
-            schema::check(Category::Film, &self.film, &mut self.diagnostics);
+            schema::check(Category::Film, &self.film, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn sampler(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Sampler", span) {
             self.sampler = self.entity(span, kind, parameters, None);
-            schema::check(Category::Sampler, &self.sampler, &mut self.diagnostics);
+            schema::check(Category::Sampler, &self.sampler, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn integrator(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Integrator", span) {
             self.integrator = self.entity(span, kind, parameters, None);
-            schema::check(Category::Integrator, &self.integrator, &mut self.diagnostics);
+            schema::check(Category::Integrator, &self.integrator, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn accelerator(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("Accelerator", span) {
             self.accelerator = self.entity(span, kind, parameters, None);
-            schema::check(Category::Accelerator, &self.accelerator, &mut self.diagnostics);
+            schema::check(Category::Accelerator, &self.accelerator, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn pixel_filter(&mut self, span: Span, kind: Named, parameters: Vec<Parameter>) {
         if self.require_options("PixelFilter", span) {
             self.pixel_filter = self.entity(span, kind, parameters, None);
-            schema::check(Category::PixelFilter, &self.pixel_filter, &mut self.diagnostics);
+            schema::check(Category::PixelFilter, &self.pixel_filter, self.parameters_complete, &mut self.diagnostics);
         }
     }
 
     pub fn world_begin(&mut self, span: Span) {
-        if !self.require_options("WorldBegin", span) {
+        if let Some(world) = self.world {
+            let diagnostic = Diagnostic::error(span, "`WorldBegin` is given twice");
+            self.diagnostics.push(diagnostic.with_note(world, "first given here"));
             return;
         }
         self.world = Some(span);
@@ -481,7 +318,9 @@ impl<'a> Builder<'a> {
         let nameless = ("".into(), name_span);
         let mut entity = self.entity(span, nameless, parameters, Some(AttributeTarget::Material));
         self.kind_from_type(&mut entity, "material");
-        self.check_material(&mut entity);
+        if entity.parameters.contains("type") {
+            self.check_material(&mut entity);
+        }
         if let Some(first) = self.material_names.get(&name) {
             let first = self.materials[*first].entity.span;
             let message = format!("material `{name}` is defined twice");
@@ -500,20 +339,18 @@ impl<'a> Builder<'a> {
                 entity.kind_span = entity.parameters.span("type").unwrap_or(entity.kind_span);
                 entity.kind = kind;
             }
-            None => {
+            None if self.parameters_complete => {
                 let message = format!("this {what} needs a parameter `\"string type\"`");
                 self.diagnostics.error(entity.kind_span, message);
             }
+            None => {}
         }
     }
 
     fn check_material(&mut self, entity: &mut Entity) {
-        let missing_type = entity.kind.is_empty() && !entity.parameters.contains("type");
-        if &*entity.kind == "none" || entity.kind.is_empty() {
-            if entity.kind_span != Span::default() && !missing_type {
-                let message = format!("material `{}` is called `interface` in pbrt-v4", entity.kind);
-                self.diagnostics.warning(entity.kind_span, message);
-            }
+        if matches!(&*entity.kind, "none" | "") {
+            let message = format!("material `{}` is called `interface` in pbrt-v4", entity.kind);
+            self.diagnostics.warning(entity.kind_span, message);
             entity.kind = "interface".into();
         }
         self.check(Category::Material, entity, None);

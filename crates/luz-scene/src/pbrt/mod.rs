@@ -7,7 +7,10 @@
 //! * named coordinate systems are known inside `Import`ed files, too (pbrt-v4 forgets them there);
 //! * all problems are reported, not only the first.
 
+mod attributes;
 mod builder;
+mod directives;
+mod include;
 pub(crate) mod legacy;
 mod lexer;
 mod number;
@@ -107,6 +110,11 @@ pub fn read_bytes(
 /// Does this byte separate numbers?
 pub(crate) fn is_number_delimiter(byte: u8) -> bool {
     number::is_delimiter(byte)
+}
+
+/// An integer that is the whole of `token`.
+pub(crate) fn parse_integer(token: &[u8]) -> Option<i32> {
+    number::parse_i32(token, 0).ok().filter(|(_, end)| *end == token.len()).map(|(value, _)| value)
 }
 
 /// A number that is the whole of `token`.

@@ -6,7 +6,7 @@ use super::state::{PENDING, Reference};
 use crate::description::{Description, ShapeEntity, TextureType};
 use crate::diagnostic::{Diagnostic, Diagnostics, SceneErrors, did_you_mean};
 use crate::mesh::MeshData;
-use crate::parameters::Values;
+use crate::parameter::Values;
 use crate::ply::{self, PlyError};
 use crate::source::Span;
 use rayon::prelude::*;
@@ -74,9 +74,7 @@ impl Builder<'_> {
 
     fn check_block(&mut self) {
         // Without a file there is one error already, and no place to point at.
-        let Some(file) = self.sources.files().first() else { return };
-        let length = file.text.as_ref().map_or(0, |text| text.len());
-        let end = Span::new(crate::source::FileId(0), length.saturating_sub(1), length);
+        let Some(end) = self.end else { return };
         self.close_open(0, end);
         if self.world.is_none() && !self.world_assumed && !self.diagnostics.has_errors() {
             self.diagnostics.error(end, "the scene has no `WorldBegin`");

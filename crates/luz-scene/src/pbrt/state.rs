@@ -1,7 +1,7 @@
 //! The graphics state: what directives set and shapes, lights and materials take along.
 
 use super::transforms::Transforms;
-use crate::parameters::Parameter;
+use crate::parameter::Parameter;
 use crate::spectrum::ColorSpace;
 use std::sync::Arc;
 

@@ -1,11 +1,12 @@
 //! Parameter lists: `"type name" value` or `"type name" [ values ]`.
 
+use super::directives::is_directive;
 use super::legacy;
 use super::lexer::{Lexer, Token, TokenKind, skip_blank};
 use super::number::{NumberFault, parse_f32, parse_i32};
-use super::parser::{Parser, is_directive, shorten};
+use super::parser::{Parser, shorten};
 use crate::diagnostic::{Diagnostic, did_you_mean};
-use crate::parameters::{Parameter, ParameterType, Values};
+use crate::parameter::{Parameter, ParameterType, Values};
 use crate::source::Span;
 use crate::spectrum::SpectrumParameter;
 use std::sync::Arc;
@@ -39,8 +40,9 @@ impl RawKind {
 }
 
 impl Parser<'_> {
-    /// All parameters up to the next token that isn't a string.
+    /// All parameters up to the next token that isn't a string. Tells the builder whether one of them is lost.
     pub fn parameters(&mut self) -> Vec<Parameter> {
+        let errors = self.builder.diagnostics.error_count();
         let mut list = Vec::new();
         while let Some(token) = self.peek() {
             match token.kind {
@@ -56,6 +58,7 @@ impl Parser<'_> {
                 _ => break,
             }
         }
+        self.builder.parameters_complete = self.builder.diagnostics.error_count() == errors;
         list
     }
 
@@ -65,7 +68,7 @@ impl Parser<'_> {
             self.skip_value();
             return None;
         };
-        let (raw, value_span) = self.raw_values(kind, &name)?;
+        let (raw, value_span) = self.raw_values(kind, &name, name_span)?;
         let values = self.convert(kind, &name, raw, value_span)?;
         Some(Parameter::new(name, kind, values, name_span, value_span))
     }
@@ -117,10 +120,14 @@ impl Parser<'_> {
     }
 
     /// The values as the text has them, and their place.
-    fn raw_values(&mut self, kind: ParameterType, name: &str) -> Option<(Raw, Span)> {
-        let Some(first) = self.peek() else {
-            let end = self.end_span();
-            self.error(Diagnostic::error(end, format!("the file ends where the value of `{name}` should be")));
+    fn raw_values(&mut self, kind: ParameterType, name: &str, name_span: Span) -> Option<(Raw, Span)> {
+        let takes_strings = matches!(kind, ParameterType::String | ParameterType::Texture | ParameterType::Spectrum);
+        let value = self.peek().filter(|first| {
+            let directive = first.kind == TokenKind::Word && is_directive(self.lexer().bytes(*first));
+            !directive && (takes_strings || !self.is_declaration(*first))
+        });
+        let Some(first) = value else {
+            self.error(Diagnostic::error(name_span, format!("parameter `{name}` has no value")));
             return None;
         };
         let span = self.lexer().span(first);
@@ -131,10 +138,6 @@ impl Parser<'_> {
                 let raw = self.raw_list(expected, name, span)?;
                 let end = self.lexer().position as u64;
                 Some((raw, Span { end, ..span }))
-            }
-            TokenKind::Word if is_directive(self.lexer().bytes(first)) => {
-                self.error(Diagnostic::error(span, format!("parameter `{name}` has no value")));
-                None
             }
             TokenKind::CloseBracket => {
                 self.next();
@@ -150,10 +153,7 @@ impl Parser<'_> {
                 let expected = self.raw_kind(kind);
                 let mut raw = Raw::new(expected);
                 if let Err(diagnostic) = self.raw_value(&mut raw) {
-                    // A declaration here starts the next parameter: only this one's value is missing.
-                    if !self.is_declaration(first) {
-                        self.next();
-                    }
+                    self.next();
                     self.error(*diagnostic);
                     return None;
                 }
@@ -228,7 +228,8 @@ impl Parser<'_> {
                 })
             }
             NumberFault::OutOfRange => {
-                Box::new(Diagnostic::error(span, format!("`{}` is too large for {expected}", found())))
+                let diagnostic = Diagnostic::error(span, format!("`{}` is out of range for {expected}", found()));
+                Box::new(diagnostic.with_help("integers have 32 bits, other numbers are of single precision"))
             }
         };
         let end = match (raw, token.kind) {
@@ -298,14 +299,20 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips up to and with the next `]`, unless a directive or a declaration comes first.
+    /// Skips up to and with the `]` that closes the list, unless a directive or a declaration comes first.
     fn skip_list(&mut self) {
+        let mut depth = 1;
         while let Some(token) = self.lexer_mut().peek() {
             if token.kind == TokenKind::Word && is_directive(self.lexer().bytes(token)) || self.is_declaration(token) {
                 return;
             }
             self.lexer_mut().next();
-            if token.kind == TokenKind::CloseBracket {
+            match token.kind {
+                TokenKind::OpenBracket => depth += 1,
+                TokenKind::CloseBracket => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
                 return;
             }
         }

@@ -3,7 +3,7 @@
 use super::header::{Element, Header, PropertyType, Scalar, cut};
 use super::{FaceProperties, Faces, PlyError, VertexProperties};
 use crate::mesh::MeshData;
-use crate::pbrt::parse_number;
+use crate::pbrt::{parse_integer, parse_number};
 use glam::{Vec2, Vec3};
 
 /// Walks over the tokens.
@@ -26,7 +26,7 @@ impl<'a> Cursor<'a> {
         let token = self.token().ok_or_else(|| element.truncated(i))?;
         let value = match scalar {
             Scalar::F32 | Scalar::F64 => parse_number(token).map(f64::from),
-            _ => None,
+            _ => parse_integer(token).map(f64::from),
         };
         // NaN and infinity are told from garbage, and judged with the mesh.
         let parsed = value.or_else(|| std::str::from_utf8(token).ok().and_then(|text| text.parse().ok()));

@@ -255,8 +255,14 @@ fn faces_of_one_kind<const BIG: bool, const N: usize>(
     let used = data.get(..count.checked_mul(stride)?)?;
     // Two passes, the second of them over what is in the cache or not much slower than the first: this way a file of
     // another kind is recognised before anything is allocated, usually at its first faces.
-    let right = |face: &[u8]| length::<BIG>(face, offset, count_type) == N;
-    if !used.par_chunks_exact(stride).with_min_len(GRAIN).all(right) {
+    let right = |block: &[u8]| {
+        let faces = block.chunks_exact(stride);
+        match count_type {
+            Scalar::U8 | Scalar::I8 => faces.fold(true, |right, face| right & (face[offset] == N as u8)),
+            _ => faces.fold(true, |right, face| right & (length::<BIG>(face, offset, count_type) == N)),
+        }
+    };
+    if !used.par_chunks(stride * super::BLOCK).all(right) {
         return None;
     }
     let first = offset + count_type.size();

@@ -8,7 +8,7 @@ pub use spectra::NAMED_SPECTRA;
 
 use crate::description::{Entity, TextureType};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
-use crate::parameters::{Parameter, ParameterType};
+use crate::parameter::{Parameter, ParameterType};
 
 /// A class of entities, by what makes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -200,10 +200,12 @@ pub fn entity(category: Category, kind: &str) -> Option<&'static EntitySchema> {
 }
 
 /// Checks kind, names, types and numbers of values of an entity's own parameters. (Those of `Attribute` are for many
-/// kinds of entities and need not fit this one.) Returns the schema, if the kind is known.
+/// kinds of entities and need not fit this one.) `complete`: all of them are there, so that a required one that isn't
+/// is missing. Returns the schema, if the kind is known.
 pub(crate) fn check(
     category: Category,
     entity: &Entity,
+    complete: bool,
     diagnostics: &mut Diagnostics,
 ) -> Option<&'static EntitySchema> {
     let Some(schema) = self::entity(category, &entity.kind) else {
@@ -233,7 +235,7 @@ pub(crate) fn check(
             );
         }
     }
-    for missing in schema.parameters().filter(|p| p.required && !entity.parameters.contains(p.name)) {
+    for missing in schema.parameters().filter(|p| complete && p.required && !entity.parameters.contains(p.name)) {
         diagnostics.error(
             entity.kind_span,
             format!(

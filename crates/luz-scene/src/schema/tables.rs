@@ -1,7 +1,7 @@
 //! The tables: one line per kind of entity, one line per parameter.
 
 use super::{Accepts, Category, Count, EntitySchema, ParameterSchema};
-use crate::parameters::ParameterType as T;
+use crate::parameter::ParameterType as T;
 
 const FLOAT: Accepts = Accepts::Type(T::Float);
 const INTEGER: Accepts = Accepts::Type(T::Integer);

@@ -23,9 +23,9 @@ pub(super) unsafe fn walk<F: Filter, const ANY: bool>(
     unsafe { traversal.walk::<Avx2, ANY>(tree, ray, best) }
 }
 
-struct Avx2;
+pub(super) struct Avx2;
 
-struct BoxRay {
+pub(super) struct BoxRay {
     near_reciprocal: [__m256; 3],
     far_reciprocal: [__m256; 3],
     /// `origin · reciprocal`, with the pad.
@@ -35,7 +35,7 @@ struct BoxRay {
     far_plane: [usize; 3],
 }
 
-struct TriangleRay {
+pub(super) struct TriangleRay {
     axes: [usize; 3],
     origin: [__m128; 3],
     shear: [__m128; 2],
@@ -51,12 +51,11 @@ impl Kernel for Avx2 {
     unsafe fn box_ray(slabs: &Slabs) -> BoxRay {
         // SAFETY: the caller vouches for AVX2.
         unsafe {
-            let spread = |f: &dyn Fn(usize) -> f32| [0, 1, 2].map(|axis| _mm256_set1_ps(f(axis)));
             BoxRay {
-                near_reciprocal: spread(&|i| slabs.near_reciprocal[i]),
-                far_reciprocal: spread(&|i| slabs.far_reciprocal[i]),
-                near_offset: spread(&|i| slabs.origin[i] * slabs.near_reciprocal[i] + slabs.pad[i]),
-                far_offset: spread(&|i| slabs.origin[i] * slabs.far_reciprocal[i] - slabs.pad[i]),
+                near_reciprocal: spread(slabs.near_reciprocal),
+                far_reciprocal: spread(slabs.far_reciprocal),
+                near_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.near_reciprocal[i] + slabs.pad[i])),
+                far_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.far_reciprocal[i] - slabs.pad[i])),
                 near_plane: slabs.near_plane,
                 far_plane: slabs.far_plane,
             }
@@ -69,8 +68,12 @@ impl Kernel for Avx2 {
         unsafe {
             TriangleRay {
                 axes: shear.axes,
-                origin: shear.axes.map(|axis| _mm_set1_ps(shear.origin[axis])),
-                shear: shear.shear.map(|s| _mm_set1_ps(s)),
+                origin: [
+                    _mm_set1_ps(shear.origin[shear.axes[0]]),
+                    _mm_set1_ps(shear.origin[shear.axes[1]]),
+                    _mm_set1_ps(shear.origin[shear.axes[2]]),
+                ],
+                shear: [_mm_set1_ps(shear.shear[0]), _mm_set1_ps(shear.shear[1])],
                 scale: _mm_set1_ps(shear.scale),
                 exact: *shear,
             }
@@ -81,22 +84,15 @@ impl Kernel for Avx2 {
     unsafe fn test_boxes(ray: &BoxRay, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32 {
         // SAFETY: the caller vouches for AVX2; nodes and distances are aligned to 32 bytes; plane indices are below 6.
         unsafe {
-            let planes = node.planes.as_ptr();
-            let near = |axis: usize| {
-                let plane = _mm256_load_ps(planes.add(ray.near_plane[axis]).cast());
-                _mm256_fmsub_ps(plane, ray.near_reciprocal[axis], ray.near_offset[axis])
-            };
-            let far = |axis: usize| {
-                let plane = _mm256_load_ps(planes.add(ray.far_plane[axis]).cast());
-                _mm256_fmsub_ps(plane, ray.far_reciprocal[axis], ray.far_offset[axis])
-            };
-            // The second operand is taken where the first is NaN.
-            let enter = _mm256_max_ps(near(0), _mm256_setzero_ps());
-            let enter = _mm256_max_ps(near(1), enter);
-            let enter = _mm256_max_ps(near(2), enter);
-            let leave = _mm256_min_ps(far(0), _mm256_set1_ps(t_max));
-            let leave = _mm256_min_ps(far(1), leave);
-            let leave = _mm256_min_ps(far(2), leave);
+            // The second operand is taken where the first is NaN: an axis too many may then be left out, which is safe.
+            let enter = _mm256_max_ps(
+                _mm256_max_ps(near(ray, node, 0), near(ray, node, 1)),
+                _mm256_max_ps(near(ray, node, 2), _mm256_setzero_ps()),
+            );
+            let leave = _mm256_min_ps(
+                _mm256_min_ps(far(ray, node, 0), far(ray, node, 1)),
+                _mm256_min_ps(far(ray, node, 2), _mm256_set1_ps(t_max)),
+            );
             _mm256_store_ps(distances.0.as_mut_ptr(), enter);
             _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
         }
@@ -106,21 +102,9 @@ impl Kernel for Avx2 {
     unsafe fn test_packet(ray: &TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
         // SAFETY: the caller vouches for AVX2; packets and hits are aligned to 16 bytes; axes are below 3.
         unsafe {
-            let vertex = |corner: usize| {
-                let base = packet.corners.as_ptr().add(corner).cast::<f32>();
-                let load = |i: usize| _mm_sub_ps(_mm_load_ps(base.add(LANES * ray.axes[i])), ray.origin[i]);
-                let height = load(2);
-                (
-                    _mm_sub_ps(load(0), _mm_mul_ps(ray.shear[0], height)),
-                    _mm_sub_ps(load(1), _mm_mul_ps(ray.shear[1], height)),
-                    height,
-                )
-            };
-            let (x0, y0, h0) = vertex(0);
-            let (x1, y1, h1) = vertex(1);
-            let (x2, y2, h2) = vertex(2);
-            // Not fused: see Shear.
-            let edge = |ax, ay, bx, by| _mm_sub_ps(_mm_mul_ps(ax, by), _mm_mul_ps(ay, bx));
+            let (x0, y0, h0) = vertex(ray, packet, 0);
+            let (x1, y1, h1) = vertex(ray, packet, 1);
+            let (x2, y2, h2) = vertex(ray, packet, 2);
             let (e0, e1, e2) = (edge(x1, y1, x2, y2), edge(x2, y2, x0, y0), edge(x0, y0, x1, y1));
             let zero = _mm_setzero_ps();
             let least = _mm_min_ps(_mm_min_ps(e0, e1), e2);
@@ -132,28 +116,14 @@ impl Kernel for Avx2 {
             }
             let determinant = _mm_add_ps(_mm_add_ps(e0, e1), e2);
             let flat = _mm_movemask_ps(_mm_cmpeq_ps(determinant, zero)) as u32 & inside;
-
             let (z0, z1, z2) = (_mm_mul_ps(h0, ray.scale), _mm_mul_ps(h1, ray.scale), _mm_mul_ps(h2, ray.scale));
-            let sum = |a, b, c| _mm_add_ps(_mm_add_ps(a, b), c);
-            let t = _mm_div_ps(sum(_mm_mul_ps(e0, z0), _mm_mul_ps(e1, z1), _mm_mul_ps(e2, z2)), determinant);
+            let scaled = sum(_mm_mul_ps(e0, z0), _mm_mul_ps(e1, z1), _mm_mul_ps(e2, z2));
+            let t = _mm_div_ps(scaled, determinant);
             let in_range = _mm_and_ps(_mm_cmpgt_ps(t, zero), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
             let mut mask = _mm_movemask_ps(in_range) as u32 & inside & !flat;
             if mask != 0 {
-                let sign = _mm_set1_ps(-0.0);
-                let abs = |x| _mm_andnot_ps(sign, x);
-                let largest = |a, b, c| _mm_max_ps(_mm_max_ps(abs(a), abs(b)), abs(c));
                 let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
-                let max_e = largest(e0, e1, e2);
-                let (mul, add, set) = (_mm_mul_ps, _mm_add_ps, |x| _mm_set1_ps(x));
-                let delta_x = mul(set(gamma(5)), add(max_x, max_z));
-                let delta_y = mul(set(gamma(5)), add(max_y, max_z));
-                let delta_z = mul(set(gamma(3)), max_z);
-                let delta_e =
-                    mul(set(2.0), sum(mul(set(gamma(2)), mul(max_x, max_y)), mul(delta_y, max_x), mul(delta_x, max_y)));
-                let error = _mm_div_ps(
-                    mul(set(3.0), sum(mul(mul(set(gamma(3)), max_e), max_z), mul(delta_e, max_z), mul(delta_z, max_e))),
-                    abs(determinant),
-                );
+                let error = t_error(max_x, max_y, max_z, largest(e0, e1, e2), absolute(determinant));
                 mask &= !_mm_movemask_ps(_mm_cmple_ps(t, error)) as u32;
                 _mm_store_ps(hits.t.as_mut_ptr(), t);
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
@@ -164,6 +134,91 @@ impl Kernel for Avx2 {
             }
             mask
         }
+    }
+}
+
+#[inline(always)]
+unsafe fn spread(values: [f32; 3]) -> [__m256; 3] {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe { [_mm256_set1_ps(values[0]), _mm256_set1_ps(values[1]), _mm256_set1_ps(values[2])] }
+}
+
+/// Where the ray enters the slabs of all children along an axis.
+#[inline(always)]
+unsafe fn near(ray: &BoxRay, node: &WideNode, axis: usize) -> __m256 {
+    // SAFETY: the caller vouches for AVX2 and FMA; nodes are aligned; plane indices are below 6.
+    unsafe {
+        let plane = _mm256_load_ps(node.planes.as_ptr().add(ray.near_plane[axis]).cast());
+        _mm256_fmsub_ps(plane, ray.near_reciprocal[axis], ray.near_offset[axis])
+    }
+}
+
+/// Where the ray leaves them.
+#[inline(always)]
+unsafe fn far(ray: &BoxRay, node: &WideNode, axis: usize) -> __m256 {
+    // SAFETY: the caller vouches for AVX2 and FMA; nodes are aligned; plane indices are below 6.
+    unsafe {
+        let plane = _mm256_load_ps(node.planes.as_ptr().add(ray.far_plane[axis]).cast());
+        _mm256_fmsub_ps(plane, ray.far_reciprocal[axis], ray.far_offset[axis])
+    }
+}
+
+/// One corner of all triangles in ray space: x, y, and z not yet scaled.
+#[inline(always)]
+unsafe fn vertex(ray: &TriangleRay, packet: &TrianglePacket, corner: usize) -> (__m128, __m128, __m128) {
+    // SAFETY: the caller vouches for AVX2; packets are aligned; axes are below 3.
+    unsafe {
+        let base = packet.corners.as_ptr().add(corner).cast::<f32>();
+        let height = _mm_sub_ps(_mm_load_ps(base.add(LANES * ray.axes[2])), ray.origin[2]);
+        let x = _mm_sub_ps(_mm_load_ps(base.add(LANES * ray.axes[0])), ray.origin[0]);
+        let y = _mm_sub_ps(_mm_load_ps(base.add(LANES * ray.axes[1])), ray.origin[1]);
+        (_mm_sub_ps(x, _mm_mul_ps(ray.shear[0], height)), _mm_sub_ps(y, _mm_mul_ps(ray.shear[1], height)), height)
+    }
+}
+
+/// An edge function; not fused, see [`Shear`].
+#[inline(always)]
+unsafe fn edge(ax: __m128, ay: __m128, bx: __m128, by: __m128) -> __m128 {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe { _mm_sub_ps(_mm_mul_ps(ax, by), _mm_mul_ps(ay, bx)) }
+}
+
+#[inline(always)]
+unsafe fn sum(a: __m128, b: __m128, c: __m128) -> __m128 {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe { _mm_add_ps(_mm_add_ps(a, b), c) }
+}
+
+#[inline(always)]
+unsafe fn absolute(x: __m128) -> __m128 {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe { _mm_andnot_ps(_mm_set1_ps(-0.0), x) }
+}
+
+#[inline(always)]
+unsafe fn largest(a: __m128, b: __m128, c: __m128) -> __m128 {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe { _mm_max_ps(_mm_max_ps(absolute(a), absolute(b)), absolute(c)) }
+}
+
+/// As [`crate::shape::triangle`]'s bound of the error of `t`.
+#[inline(always)]
+unsafe fn t_error(max_x: __m128, max_y: __m128, max_z: __m128, max_e: __m128, determinant: __m128) -> __m128 {
+    // SAFETY: the caller vouches for AVX2.
+    unsafe {
+        let gamma_2 = _mm_set1_ps(gamma(2));
+        let gamma_3 = _mm_set1_ps(gamma(3));
+        let gamma_5 = _mm_set1_ps(gamma(5));
+        let delta_x = _mm_mul_ps(gamma_5, _mm_add_ps(max_x, max_z));
+        let delta_y = _mm_mul_ps(gamma_5, _mm_add_ps(max_y, max_z));
+        let delta_z = _mm_mul_ps(gamma_3, max_z);
+        let delta_e = _mm_mul_ps(
+            _mm_set1_ps(2.0),
+            sum(_mm_mul_ps(gamma_2, _mm_mul_ps(max_x, max_y)), _mm_mul_ps(delta_y, max_x), _mm_mul_ps(delta_x, max_y)),
+        );
+        let error =
+            sum(_mm_mul_ps(_mm_mul_ps(gamma_3, max_e), max_z), _mm_mul_ps(delta_e, max_z), _mm_mul_ps(delta_z, max_e));
+        _mm_div_ps(_mm_mul_ps(_mm_set1_ps(3.0), error), determinant)
     }
 }
 

@@ -2,6 +2,8 @@
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod kernel;
 mod walk;
 
@@ -30,6 +32,8 @@ pub(super) enum Level {
     Scalar,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 impl Level {
@@ -37,9 +41,14 @@ impl Level {
     pub fn choose(wanted: SimdLevel) -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            let avx2 = std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
-            if avx2 && wanted != SimdLevel::Scalar {
-                return Self::Avx2;
+            use std::arch::is_x86_feature_detected as has;
+            let bits = has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt");
+            let avx2 = has!("avx2") && has!("fma") && bits;
+            let avx512 = avx2 && has!("avx512f") && has!("avx512vl") && has!("avx512bw") && has!("avx512dq");
+            match wanted {
+                SimdLevel::Auto | SimdLevel::Avx512 if avx512 => return Self::Avx512,
+                SimdLevel::Auto | SimdLevel::Avx512 | SimdLevel::Avx2 if avx2 => return Self::Avx2,
+                _ => {}
             }
         }
         let _ = wanted;
@@ -52,6 +61,8 @@ impl Level {
             Self::Scalar => SimdLevel::Scalar,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => SimdLevel::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => SimdLevel::Avx512,
         }
     }
 
@@ -70,6 +81,9 @@ impl Level {
             // SAFETY: the level is chosen only where the instructions are present; the tree was built by this crate.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { avx2::walk::<F, ANY>(traversal, tree, ray, best) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => unsafe { avx512::walk::<F, ANY>(traversal, tree, ray, best) },
         }
     }
 }

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 
 use super::super::binary::MAX_DEPTH;
 use super::super::instance::Instance;
-use super::super::node::{Child, Other, Tree, WIDTH};
+use super::super::node::{Child, LANES, Other, Tree, WIDTH};
 use super::kernel::{Distances, Kernel, PacketHits, Slabs};
 use crate::Accelerator;
 use crate::shape::triangle::Shear;
@@ -108,7 +108,7 @@ impl<F: Filter> Traversal<'_, F> {
         let mut stack = [MaybeUninit::<Entry>::uninit(); STACK];
         let mut height = 0usize;
         let mut distances = Distances([0.0; WIDTH]);
-        let mut hits = PacketHits { t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
+        let mut hits = PacketHits { t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES] };
         let mut current = Child::node(0);
         loop {
             while !current.is_leaf() {
@@ -184,7 +184,7 @@ impl<F: Filter> Traversal<'_, F> {
                         // SAFETY: the caller vouches for the instruction set.
                         let mut mask = unsafe { K::test_packet(&triangle_ray, packet, best.t, &mut hits) };
                         while mask != 0 {
-                            let lane = mask.trailing_zeros() as usize & 3;
+                            let lane = mask.trailing_zeros() as usize & (LANES - 1);
                             mask &= mask - 1;
                             if hits.t[lane] > best.t {
                                 continue;

@@ -193,6 +193,7 @@ fn coat(
         g,
         max_depth: positive("maxdepth", 10),
         samples: positive("nsamples", 1),
+        weights: context.coat_weights,
         interface: None,
     }
 }
@@ -213,8 +214,9 @@ fn interface(textures: &TextureBuilder, coat: &Coat) -> Option<Box<CoatInterface
         let roughness = textures.constant_float(coat.roughness.along[i])?;
         Some(if coat.roughness.remap { TrowbridgeReitz::roughness_to_alpha(roughness) } else { roughness })
     };
-    Some(Box::new(match (alpha(0), alpha(1)) {
+    let interface = match (alpha(0), alpha(1)) {
         (Some(x), Some(y)) => CoatInterface::new(x, y, eta, thickness, coat.max_depth),
         _ => CoatInterface::textured(eta, thickness, coat.max_depth),
-    }))
+    };
+    Some(Box::new(interface.with_weights(coat.weights)))
 }

@@ -9,6 +9,7 @@ mod spectra;
 mod textures;
 
 use super::{ShapeInfo, World, WorldStatistics};
+use crate::bsdf::CoatWeights;
 use crate::camera::Camera;
 use crate::light::{AreaLight, Emission, Light, LightContext, LightSelection};
 use crate::material::{Material, MaterialId, Scattering};
@@ -37,6 +38,7 @@ pub struct Loaded {
 /// What every builder needs.
 struct Context<'a> {
     description: &'a Description,
+    coat_weights: CoatWeights,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -65,7 +67,7 @@ pub fn build(
     simd: SimdLevel,
     diagnostics: &mut Diagnostics,
 ) -> Option<Loaded> {
-    let mut context = Context { description, diagnostics };
+    let mut context = Context { description, coat_weights: overrides.coat_weights, diagnostics };
     let settings = settings::settings(&mut context, overrides);
     let camera = settings::camera(&mut context, description, settings.resolution);
     let mut builder = Builder::new(simd);

@@ -58,7 +58,7 @@ pub(super) fn spectrum(
             fallback
         }
         SpectrumParameter::Samples(samples) | SpectrumParameter::File { samples, .. } => {
-            match PiecewiseLinearSpectrum::extended(samples) {
+            match PiecewiseLinearSpectrum::new(samples) {
                 Ok(spectrum) => Spectrum::PiecewiseLinear(Arc::new(spectrum)),
                 Err(error) => {
                     diagnostics.error(span, error.to_string());
