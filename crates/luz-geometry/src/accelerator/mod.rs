@@ -146,7 +146,7 @@ fn gather(shapes: &[Shape], ids: &[u32], skipped: &mut [usize]) -> Vec<Primitive
         let count = shape.primitive_count();
         let before = all.len();
         let one = |i: usize| {
-            shape.is_valid(i).then(|| {
+            (i < Primitive::LIMIT as usize && shape.is_valid(i)).then(|| {
                 let bounds = shape.bounds(i);
                 if is_triangle {
                     Primitive::triangle(&bounds, id, i as u32)
