@@ -89,7 +89,7 @@ pub(super) struct Weight(u64);
 
 impl Weight {
     /// Cost of testing one node, relative to that of one packet of triangles.
-    pub const NODE_COST: f32 = 1.0;
+    pub const NODE_COST: f32 = 0.7;
     /// Cost of one primitive that is not a triangle, relative to that of one packet of triangles.
     const OTHER_COST: f32 = 2.0;
 
