@@ -1,1 +1,20 @@
 //! Spectral Monte Carlo light transport.
+//!
+//! A [`luz_scene::Description`] becomes a [`world::World`] ([`world::build`]), which a [`Renderer`] turns into a
+//! [`film::Film`], pass by pass.
+
+pub mod bsdf;
+pub mod camera;
+pub mod film;
+pub mod integrator;
+pub mod light;
+pub mod material;
+mod render;
+mod settings;
+mod sphere_map;
+pub mod texture;
+pub mod world;
+
+pub use render::{RenderCost, Renderer};
+pub use settings::{Crop, Overrides, Settings};
+pub use sphere_map::SphereMap;

@@ -16,3 +16,20 @@ pub trait Samples {
     /// Goes on at `dimension`, so that a consumer's dimensions stay the same whatever was drawn before it.
     fn set_dimension(&mut self, dimension: u32);
 }
+
+impl<S: Samples + ?Sized> Samples for &mut S {
+    #[inline(always)]
+    fn next_1d(&mut self) -> f32 {
+        (**self).next_1d()
+    }
+
+    #[inline(always)]
+    fn next_2d(&mut self) -> Vec2 {
+        (**self).next_2d()
+    }
+
+    #[inline(always)]
+    fn set_dimension(&mut self, dimension: u32) {
+        (**self).set_dimension(dimension);
+    }
+}

@@ -1,3 +1,9 @@
 //! The `luz` program.
 
-fn main() {}
+mod program;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    program::run().into()
+}

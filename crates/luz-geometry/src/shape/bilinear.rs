@@ -293,6 +293,9 @@ impl Patch {
         [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| self.dpdu(v).cross(self.dpdv(u)).length() as f32)
     }
 
+    /// Far above the rounding of `f64`, far below that of positions in `f32`.
+    const NEAREST: f64 = 1e-10;
+
     /// The density in area of drawing (u,v) uniformly for a rectangle, or else bilinearly by the corners' areas.
     fn pdf_area(&self, uv: Vec2) -> f32 {
         let stretch = self.dpdu(f64::from(uv.y)).cross(self.dpdv(f64::from(uv.x))).length();
@@ -317,6 +320,9 @@ impl Patch {
 
     /// The nearest hit at `0 < t ≤ t_max`: the lines `u = const` that the ray meets are the roots of a quadratic
     /// (Reshetov 2019, "Cool Patches: A Geometric Approach to Ray/Bilinear Patch Intersections").
+    ///
+    /// A ray that starts on the patch, as one that leaves a wall at x = 0 does, meets it at a t that is zero but for the
+    /// rounding of `f64`; such hits, nearer than [`Self::NEAREST`] of the distances in play, do not count.
     fn intersect(&self, ray: &Ray, t_max: f32) -> Option<ParametricHit> {
         let d = ray.direction.as_dvec3();
         let o = ray.origin.as_dvec3();
@@ -334,6 +340,8 @@ impl Patch {
         // A root that does not exist is NaN or infinite, and fails the tests below. For c = 0 the second is −a/b.
         let roots = [q / c, a / q];
         let mut best: Option<ParametricHit> = None;
+        let reach = q00.length().max(q10.length()) + left.length().max(right.length());
+        let nearest = Self::NEAREST * reach / d.length();
         let mut limit = f64::from(t_max);
         for u in roots {
             if !(0.0..=1.0).contains(&u) {
@@ -346,11 +354,37 @@ impl Patch {
             let scale = across.length_squared();
             let side = across.cross(start);
             let (t, v) = (side.dot(along) / scale, side.dot(d) / scale);
-            if t > 0.0 && t <= limit && (0.0..=1.0).contains(&v) {
+            if t > nearest && t <= limit && (0.0..=1.0).contains(&v) {
                 limit = t;
                 best = Some((t as f32, u as f32, v as f32));
             }
         }
         best.filter(|&(t, ..)| t > 0.0 && t <= t_max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use luz_sample::random::{hash, unit_f32};
+
+    #[test]
+    fn rays_that_leave_a_patch_do_not_meet_it_again() {
+        // Walls at coordinate zero, where an origin has no error to be offset by: flat and with all corners different.
+        let walls = [
+            [[0.0, 0.0, 0.0], [0.0, 0.0, 559.2], [0.0, 548.8, 0.0], [0.0, 548.8, 559.2]],
+            [[0.0, 0.0, 0.0], [0.0, 3.0, 551.7], [0.0, 541.1, 13.0], [0.0, 548.8, 559.2]],
+        ];
+        for corners in walls {
+            let [p00, p10, p01, p11] = corners.map(DVec3::from);
+            let patch = Patch { p00, p10, p01, p11 };
+            for i in 0..10_000 {
+                let number = |dimension| unit_f32((hash(1, 0, i, dimension) >> 32) as u32);
+                let origin = patch.at(number(0).into(), number(1).into()).as_vec3();
+                let direction = Vec3::new(number(2), number(3) - 0.5, number(4) - 0.5);
+                let ray = Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 };
+                assert_eq!(patch.intersect(&ray, f32::INFINITY), None, "{ray:?}");
+            }
+        }
     }
 }

@@ -55,12 +55,16 @@ impl SphericalRectangle {
     ///
     /// The edges must be perpendicular; what is sampled is otherwise the rectangle of the same lengths along `edge_x` and
     /// the part of `edge_y` perpendicular to it. `None` where the solid angle is zero, too small for its reciprocal, or not
-    /// finite.
+    /// finite, where the reference point is on an edge, and where the edges are within 30° of parallel.
     pub fn new(reference: Vec3, corner: Vec3, edge_x: Vec3, edge_y: Vec3) -> Option<Self> {
         let (reference, edge_x, edge_y) = (reference.as_dvec3(), edge_x.as_dvec3(), edge_y.as_dvec3());
         let d = corner.as_dvec3() - reference;
         let x = edge_x.normalize();
-        let y = (edge_y - x * x.dot(edge_y)).normalize();
+        let perpendicular = edge_y - x * x.dot(edge_y);
+        if perpendicular.length_squared() < 0.25 * edge_y.length_squared() {
+            return None;
+        }
+        let y = perpendicular.normalize();
         let mut z = x.cross(y);
         let mut z0 = d.dot(z);
         if z0 > 0.0 {
@@ -69,7 +73,8 @@ impl SphericalRectangle {
         let (x0, y0) = (d.dot(x), d.dot(y));
         let (x1, y1) = (x0 + edge_x.length(), y0 + edge_y.dot(y));
         let solid_angle = solid_angle(x0, x1, y0, y1, z0);
-        if solid_angle.is_nan() || solid_angle < f64::from(f32::MIN_POSITIVE) {
+        // More than a hemisphere is what rounding makes of a reference point on an edge.
+        if !(f64::from(f32::MIN_POSITIVE)..=TAU * (1.0 + 1e-9)).contains(&solid_angle) {
             return None;
         }
         let v = |x: f64, y: f64| DVec3::new(x, y, z0);

@@ -43,21 +43,29 @@ impl SphericalTriangle {
     /// The triangle of corners `a`, `b`, `c`, given as vectors from the reference point, of any length.
     ///
     /// `None` where the solid angle is zero, or so small that its reciprocal overflows, or not finite: the triangle or the
-    /// reference point is degenerate, or two corners are opposite.
+    /// reference point is degenerate, or two corners are opposite, or the reference point lies in the triangle.
     pub fn new(a: Vec3, b: Vec3, c: Vec3) -> Option<Self> {
         let corners = [a.as_dvec3(), b.as_dvec3(), c.as_dvec3()];
         let [a, b, c] = corners.map(DVec3::normalize);
         let solid_angle = solid_angle(a, b, c);
-        if solid_angle.is_nan() || solid_angle < f64::from(f32::MIN_POSITIVE) {
+        // Between opposite corners there is no arc.
+        let apart = |p: DVec3, q: DVec3| (p + q).length_squared() > 1e-12;
+        let whole = apart(a, b) && apart(b, c) && apart(c, a);
+        if solid_angle.is_nan() || solid_angle < f64::from(f32::MIN_POSITIVE) || !whole {
             return None;
         }
         // Directions of the edges at a, projected to its tangent plane from the differences, again to keep digits.
         let (to_b, to_c) = (b - a, c - a);
         let ab = to_b - a * a.dot(to_b);
         let tangent = (to_c - a * a.dot(to_c)).normalize();
+        // Once more, for what cancels where c is nearly opposite.
+        let tangent = (tangent - a * a.dot(tangent)).normalize();
         let sin_alpha = a.dot(ab.cross(tangent)).abs();
         let cos_alpha = ab.dot(tangent);
         let scale = sin_alpha.hypot(cos_alpha).recip();
+        if sin_alpha == 0.0 {
+            return None;
+        }
         let tan_half_c = to_b.length() / (a + b).length();
         let triangle = Self {
             corners,
@@ -96,7 +104,7 @@ impl SphericalTriangle {
         let chord = c - self.b;
         let h = f64::from(u.y) * 0.5 * chord.length_squared();
         let across = (chord - self.b * self.b.dot(chord)).normalize_or_zero();
-        let direction = self.b * (1.0 - h) + across * (h * (2.0 - h)).max(0.0).sqrt();
+        let direction = (self.b * (1.0 - h) + across * (h * (2.0 - h)).max(0.0).sqrt()).normalize_or(self.b);
         SphericalTriangleSample { direction: direction.as_vec3(), barycentric: self.barycentric(direction) }
     }
 

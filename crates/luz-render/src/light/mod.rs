@@ -1,0 +1,179 @@
+//! Lights: what they emit, and how points on them are drawn.
+
+mod area;
+mod distant;
+mod infinite;
+mod point;
+mod selection;
+
+pub use area::{AreaLight, Emission};
+pub use distant::DistantLight;
+pub use infinite::{ImageInfiniteLight, UniformInfiniteLight};
+pub use point::{PointLight, SpotLight};
+pub use selection::LightSelection;
+
+use glam::{Vec2, Vec3};
+use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
+use luz_geometry::{Accelerator, Reference, SurfacePoint};
+
+/// A spectral distribution with a factor.
+#[derive(Clone, Debug)]
+pub struct ScaledSpectrum {
+    /// The distribution.
+    pub spectrum: Spectrum,
+    /// The factor.
+    pub scale: f32,
+}
+
+impl ScaledSpectrum {
+    /// The values at a path's wavelengths.
+    #[inline]
+    pub fn sample(&self, wavelengths: &Wavelengths) -> SampledSpectrum {
+        self.spectrum.sample(wavelengths) * self.scale
+    }
+
+    /// The photometric weight ∫ y(λ) s(λ) dλ, by which lights are chosen.
+    pub fn weight(&self) -> f64 {
+        f64::from(luz_color::spectrum_to_y(&self.spectrum)) * f64::from(self.scale)
+    }
+}
+
+/// Light that arrives at a point from a sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSample {
+    /// Incident radiance, unoccluded; of a delta light the integral over its delta (irradiance at normal incidence).
+    pub radiance: SampledSpectrum,
+    /// Unit direction towards the light.
+    pub direction: Vec3,
+    /// What the shadow ray aims at.
+    pub target: Target,
+    /// Density in solid angle; 1 for delta lights.
+    pub pdf: f32,
+    /// True where no other technique can find this light.
+    pub is_delta: bool,
+}
+
+/// Where a shadow ray ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Nowhere: the light is infinitely far away.
+    Infinity,
+    /// A point in space.
+    Point(Vec3),
+    /// A point on a surface, with its error bound and geometric normal.
+    Surface {
+        /// World-space position.
+        position: Vec3,
+        /// Absolute bound of the position's error.
+        error: Vec3,
+        /// Geometric normal.
+        normal: Vec3,
+    },
+}
+
+/// One light.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// Radiates from a point.
+    Point(PointLight),
+    /// Radiates from a point into a cone.
+    Spot(SpotLight),
+    /// Shines along one direction from infinitely far away.
+    Distant(DistantLight),
+    /// The same radiance from all around.
+    UniformInfinite(UniformInfiniteLight),
+    /// An environment map.
+    ImageInfinite(Box<ImageInfiniteLight>),
+    /// A primitive that emits.
+    Area(AreaLight),
+}
+
+/// What lights need to know of the world around them.
+#[derive(Clone, Copy)]
+pub struct LightContext<'a> {
+    /// The geometry that area lights are part of.
+    pub accelerator: &'a Accelerator,
+    /// The emissions that area lights refer to.
+    pub emissions: &'a [Emission],
+}
+
+impl Light {
+    /// Draws a direction towards the light from `reference`; `None` if nothing can arrive along it.
+    #[inline]
+    pub fn sample(
+        &self,
+        context: LightContext<'_>,
+        reference: &Reference,
+        u: Vec2,
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
+        match self {
+            Self::Area(light) => light.sample(context, reference, u, wavelengths),
+            Self::Point(light) => light.sample(reference.position, wavelengths),
+            Self::Spot(light) => light.sample(reference.position, wavelengths),
+            Self::Distant(light) => Some(light.sample(wavelengths)),
+            Self::UniformInfinite(light) => Some(light.sample(u, wavelengths)),
+            Self::ImageInfinite(light) => light.sample(u, wavelengths),
+        }
+    }
+
+    /// The density in solid angle with which [`sample`](Self::sample) draws `direction`, for the lights at infinity.
+    /// (An area light is asked with the point that was hit: [`AreaLight::pdf`].)
+    pub fn pdf_infinite(&self, direction: Vec3) -> f32 {
+        match self {
+            Self::UniformInfinite(light) => light.pdf(),
+            Self::ImageInfinite(light) => light.pdf(direction),
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => 0.0,
+        }
+    }
+
+    /// The radiance that arrives from infinity against `direction` (which points away from the scene).
+    pub fn radiance_infinite(&self, direction: Vec3, wavelengths: &Wavelengths) -> SampledSpectrum {
+        match self {
+            Self::UniformInfinite(light) => light.radiance(wavelengths),
+            Self::ImageInfinite(light) => light.radiance(direction, wavelengths),
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => SampledSpectrum::ZERO,
+        }
+    }
+
+    /// True for lights that rays which leave the scene meet.
+    pub fn is_infinite(&self) -> bool {
+        matches!(self, Self::UniformInfinite(_) | Self::ImageInfinite(_))
+    }
+
+    /// An estimate of the emitted power in photometric units, for choosing among lights.
+    pub fn power(&self, context: LightContext<'_>, scene_radius: f32) -> f64 {
+        match self {
+            Self::Point(light) => light.power(),
+            Self::Spot(light) => light.power(),
+            Self::Distant(light) => light.power(scene_radius),
+            Self::UniformInfinite(light) => light.power(scene_radius),
+            Self::ImageInfinite(light) => light.power(scene_radius),
+            Self::Area(light) => light.power(context),
+        }
+    }
+
+    /// The name that scene files use for this kind of light.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Point(_) => "point",
+            Self::Spot(_) => "spot",
+            Self::Distant(_) => "distant",
+            Self::UniformInfinite(_) | Self::ImageInfinite(_) => "infinite",
+            Self::Area(_) => "diffuse",
+        }
+    }
+}
+
+/// The emission of an area light at a point that a ray has hit, towards `outgoing`.
+#[inline]
+pub fn emitted_radiance(
+    emissions: &[Emission],
+    light: &AreaLight,
+    surface: &SurfacePoint,
+    outgoing: Vec3,
+    wavelengths: &Wavelengths,
+) -> SampledSpectrum {
+    emissions[light.emission as usize].radiance(surface.geometric_normal, surface.uv, outgoing, wavelengths)
+        * light.scale
+}

@@ -1,0 +1,99 @@
+//! Everything that scattering at one point of a path needs.
+
+use super::Material;
+use crate::bsdf::Bsdf;
+use crate::camera::{Camera, RayDifferentials};
+use crate::texture::SurfaceContext;
+use crate::world::{Interaction, World};
+use glam::{Vec2, Vec3};
+use luz_color::Wavelengths;
+use luz_geometry::{Frame, SurfacePoint};
+
+/// Texture footprints are made as narrow as this many samples per pixel want them, no less than pbrt-v4's eighth.
+const FOOTPRINT_SCALE: f32 = 0.125;
+
+/// The BSDF at a point, and the frame that it lives in.
+#[derive(Clone, Copy, Debug)]
+pub struct Shading<'w> {
+    /// Local space: z is the shading normal.
+    pub frame: Frame,
+    /// How the point scatters.
+    pub bsdf: Bsdf<'w>,
+}
+
+impl<'w> Shading<'w> {
+    /// What stands at `interaction`, seen from `outgoing`; `None` where nothing scatters. Without differentials of the
+    /// ray, textures are filtered by what the camera would see there.
+    #[inline]
+    pub fn at(
+        world: &'w World,
+        camera: &Camera,
+        interaction: &Interaction,
+        outgoing: Vec3,
+        differentials: Option<&RayDifferentials>,
+        wavelengths: &mut Wavelengths,
+    ) -> Option<Self> {
+        let surface = &interaction.surface;
+        let mut material = world.material(interaction.material);
+        let context = if world.has_varying_textures() {
+            context(camera, surface, differentials)
+        } else {
+            SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() }
+        };
+        // A chain of mixes is as long as the scene file made it, and has no circles.
+        while let Some(chosen) = material.choose(world.textures(), &context, outgoing) {
+            material = world.material(chosen);
+        }
+        let bsdf = material.bsdf(world.textures(), &context, wavelengths)?;
+        Some(Self { frame: frame(world, material, surface, &context), bsdf })
+    }
+}
+
+fn frame(world: &World, material: &Material, surface: &SurfacePoint, context: &SurfaceContext) -> Frame {
+    if let Some(perturbation) = &material.perturbation {
+        let (dpdu, dpdv) = perturbation.derivatives(world.textures(), surface, context);
+        let normal = dpdu.cross(dpdv).normalize();
+        if normal.is_finite() {
+            let normal = if normal.dot(surface.shading_normal) < 0.0 { -normal } else { normal };
+            let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
+            return Frame::from_zx(normal, dpdu.normalize_or_zero());
+        }
+    }
+    Frame::from_zx(surface.shading_normal, surface.shading_dpdu)
+}
+
+/// Where textures are looked up, and how far the lookup moves with a pixel.
+fn context(camera: &Camera, surface: &SurfacePoint, differentials: Option<&RayDifferentials>) -> SurfaceContext {
+    let n = surface.geometric_normal;
+    let (dp_dx, dp_dy) = differentials
+        .and_then(|d| {
+            // Where the neighbouring rays meet the tangent plane.
+            let meet = |(origin, direction): (Vec3, Vec3)| {
+                let cos = n.dot(direction);
+                let t = n.dot(surface.position - origin) / cos;
+                (cos != 0.0 && t.is_finite()).then(|| origin + direction * t - surface.position)
+            };
+            Some((meet(d.x)?, meet(d.y)?))
+        })
+        .unwrap_or_else(|| camera.approximate_footprint(surface.position, n, surface.time));
+    let (dp_dx, dp_dy) = (dp_dx * FOOTPRINT_SCALE, dp_dy * FOOTPRINT_SCALE);
+    SurfaceContext {
+        position: surface.position,
+        uv: surface.uv,
+        dp_dx,
+        dp_dy,
+        duv_dx: parameters_along(surface, dp_dx),
+        duv_dy: parameters_along(surface, dp_dy),
+    }
+}
+
+/// The change of (u, v) that moves the point by `dp`, in the least-squares sense; zero where the parametrisation is
+/// degenerate.
+fn parameters_along(surface: &SurfacePoint, dp: Vec3) -> Vec2 {
+    let (u, v) = (surface.dpdu, surface.dpdv);
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let determinant = uu * vv - uv * uv;
+    let (bu, bv) = (u.dot(dp), v.dot(dp));
+    let solution = Vec2::new(vv * bu - uv * bv, uu * bv - uv * bu) / determinant;
+    if solution.is_finite() { solution.clamp(Vec2::splat(-1e8), Vec2::splat(1e8)) } else { Vec2::ZERO }
+}

@@ -1,0 +1,73 @@
+//! How a scene is to be rendered, as its file says and as the caller wishes otherwise.
+
+use crate::bsdf::CoatWeights;
+use crate::film::{FilmKind, Filter, PixelBounds};
+use crate::integrator::PathIntegrator;
+use crate::light::ScaledSpectrum;
+use luz_color::{RgbColorSpace, Sensor};
+use luz_sample::SamplerKind;
+
+/// How a scene is to be rendered.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Width and height of the whole frame in pixels.
+    pub resolution: [u32; 2],
+    /// The part of the frame that is rendered.
+    pub bounds: PixelBounds,
+    /// What the film measures.
+    pub film: FilmKind,
+    /// The pixel filter.
+    pub filter: Filter,
+    /// From radiance to RGB.
+    pub sensor: Sensor,
+    /// The colour space of that RGB.
+    pub color_space: &'static RgbColorSpace,
+    /// Light that the sensor sees as RGB (1, 1, 1), whatever the exposure: what reflectances are shown under.
+    pub white: ScaledSpectrum,
+    /// A sample's RGB is scaled down so that no component exceeds this; infinite for no limit.
+    pub max_component: f32,
+    /// The integrator.
+    pub integrator: PathIntegrator,
+    /// The sequence that samples are drawn from.
+    pub sampler: SamplerKind,
+    /// Samples per pixel.
+    pub samples_per_pixel: u32,
+    /// The seed of all random numbers.
+    pub seed: u64,
+    /// The file that the scene wants its picture in.
+    pub filename: Option<String>,
+}
+
+/// A window of the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Crop {
+    /// In fractions of the frame: x0, x1, y0, y1.
+    Fraction([f32; 4]),
+    /// In pixels: x0, x1, y0, y1.
+    Pixels([u32; 4]),
+}
+
+/// What the caller wishes instead of what the scene says.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// Width and height of the whole frame in pixels.
+    pub resolution: Option<[u32; 2]>,
+    /// The part of the frame that is rendered.
+    pub crop: Option<Crop>,
+    /// Samples per pixel.
+    pub samples_per_pixel: Option<u32>,
+    /// The seed of all random numbers.
+    pub seed: Option<u64>,
+    /// The sequence that samples are drawn from.
+    pub sampler: Option<SamplerKind>,
+    /// The longest path.
+    pub max_depth: Option<u32>,
+    /// The integrator, by its name in scene files.
+    pub integrator: Option<String>,
+    /// The pixel filter.
+    pub filter: Option<Filter>,
+    /// What the film measures.
+    pub film: Option<FilmKind>,
+    /// How walks within rough coats are weighted; pbrt-v4's weights make them too bright, as its pictures have them.
+    pub coat_weights: CoatWeights,
+}

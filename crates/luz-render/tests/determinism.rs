@@ -1,0 +1,72 @@
+//! The same bits, whatever the threads and the passes.
+
+mod common;
+
+use common::{load, overrides};
+use luz_render::Renderer;
+use luz_render::film::Film;
+use luz_render::world::Loaded;
+
+const SCENE: &str = r#"
+    LookAt 0 2 -6  0 0.5 0  0 1 0
+    Camera "perspective" "float fov" 40 "float lensradius" 0.05 "float focaldistance" 6
+    PixelFilter "mitchell"
+    Film "gbuffer"
+    WorldBegin
+    LightSource "infinite" "rgb L" [0.5 0.7 1]
+    AttributeBegin
+    AreaLightSource "diffuse" "rgb L" [9 8 7]
+    Translate 1 2.5 0
+    Shape "sphere" "float radius" 0.5
+    AttributeEnd
+    Material "coateddiffuse" "float roughness" 0.1
+    Shape "bilinearmesh" "point3 P" [-3 0 -3  -3 0 3  3 0 -3  3 0 3]
+    Material "dielectric"
+    Translate 0 0.7 0
+    Shape "sphere" "float radius" 0.7
+    "#;
+
+fn loaded() -> Loaded {
+    let mut wishes = overrides([33, 17], 12);
+    wishes.filter = None;
+    load(SCENE, &wishes)
+}
+
+fn bits(film: &Film) -> Vec<u32> {
+    film.to_image().expect("it fits").data().iter().map(|v| v.to_bits()).collect()
+}
+
+fn with_threads(threads: usize, passes: &[u32]) -> Vec<u32> {
+    let loaded = loaded();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be had");
+    pool.install(|| {
+        let mut renderer = Renderer::new(&loaded.world, &loaded.camera, &loaded.settings);
+        passes.iter().for_each(|&samples| renderer.pass(samples));
+        assert!(renderer.is_finished());
+        bits(renderer.film())
+    })
+}
+
+#[test]
+fn threads_and_passes_change_nothing() {
+    let alone = with_threads(1, &[12]);
+    assert!(alone.iter().any(|&b| f32::from_bits(b) > 0.0));
+    for threads in [2, 3, 7] {
+        assert!(with_threads(threads, &[12]) == alone, "{threads} threads");
+        assert!(with_threads(threads, &[1, 2, 4, 5]) == alone, "{threads} threads, four passes");
+    }
+}
+
+#[test]
+fn a_crop_window_shows_what_the_frame_shows_there() {
+    let whole = loaded();
+    let mut part = loaded();
+    part.settings.bounds = luz_render::film::PixelBounds { x0: 5, y0: 3, x1: 20, y1: 11 };
+    let render = |l: &Loaded| common::render(l);
+    let (whole, part) = (render(&whole), render(&part));
+    for y in 0..8 {
+        for x in 0..15 {
+            assert_eq!(part.pixels()[y * 15 + x], whole.pixels()[(y + 3) * 33 + x + 5]);
+        }
+    }
+}

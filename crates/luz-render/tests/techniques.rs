@@ -1,0 +1,122 @@
+//! Every way of finding direct light finds the same light.
+
+mod common;
+
+use common::{load, mean, overrides, render};
+use luz_render::integrator::Technique;
+use luz_sample::mis::Heuristic;
+
+/// Lights and the material of the floor that they shine on.
+fn scene(lights: &str, material: &str) -> String {
+    format!(
+        r#"
+        LookAt 0 3 -6  0 0.5 0  0 1 0
+        Camera "perspective" "float fov" 40
+        Integrator "path" "integer maxdepth" 3
+        Sampler "sobol"
+        WorldBegin
+        {lights}
+        {material}
+        Shape "bilinearmesh" "point3 P" [-3 0 -3  -3 0 3  3 0 -3  3 0 3]
+        Translate 0 0.7 0
+        Shape "sphere" "float radius" 0.7
+        "#
+    )
+}
+
+const LIGHTS: [(&str, &str); 9] = [
+    (
+        "sphere",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 AttributeEnd"#,
+    ),
+    (
+        "partial sphere",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Translate 1 2.5 0 Shape "sphere" "float radius" 0.5 "float zmax" 0.2 "float phimax" 200 AttributeEnd"#,
+    ),
+    (
+        "disk",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 3 0 Rotate 90 1 0 0 Shape "disk" "float radius" 0.8 AttributeEnd"#,
+    ),
+    (
+        "cylinder",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0 2.5 0 Shape "cylinder" "float radius" 0.2 AttributeEnd"#,
+    ),
+    (
+        "triangles",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "trianglemesh" "point3 P" [-1 2.5 -1  1 2.5 -1  0 3 1  1 3.5 1] "integer indices" [0 1 2  1 2 3] AttributeEnd"#,
+    ),
+    (
+        "rectangle",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.5 -1  -1 2.5 1  1 2.5 1] AttributeEnd"#,
+    ),
+    (
+        "patch",
+        r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "bool twosided" true Shape "bilinearmesh" "point3 P" [-1 2.5 -1  1 2.9 -1  -1 2.5 1.4  1 3.5 1] AttributeEnd"#,
+    ),
+    ("uniform sky", r#"LightSource "infinite" "rgb L" [0.5 0.7 1]"#),
+    (
+        "two kinds",
+        r#"LightSource "infinite" "rgb L" [0.1 0.1 0.2] AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 1 2.5 0 Shape "sphere" "float radius" 0.3 AttributeEnd"#,
+    ),
+];
+
+const MATERIALS: [(&str, &str); 3] = [
+    ("diffuse", r#"Material "diffuse" "rgb reflectance" [0.5 0.6 0.7]"#),
+    (
+        "rough gold",
+        r#"Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.25"#,
+    ),
+    ("rough coat", r#"Material "coateddiffuse" "rgb reflectance" [0.5 0.2 0.2] "float roughness" 0.2"#),
+];
+
+/// z-test of the whole picture's mean, each technique alone against both combined, over all channels of all scenes:
+/// 9 × 3 × 2 × 3 comparisons at |z| < 4.8 are a false alarm in 4000 runs, and the seed is fixed.
+#[test]
+fn each_technique_alone_has_the_mean_of_both() {
+    for (light, lights) in LIGHTS {
+        for (name, material) in MATERIALS {
+            let text = scene(lights, material);
+            let measured = |technique: Technique, seed: u64| {
+                let mut loaded = load(&text, &overrides([20, 16], 128));
+                loaded.settings.integrator.technique = technique;
+                loaded.settings.seed = seed;
+                mean(&render(&loaded))
+            };
+            let both = measured(Technique::Both, 1);
+            for technique in [Technique::Light, Technique::Bsdf] {
+                let alone = measured(technique, 2);
+                for channel in 0..3 {
+                    let z = (alone[channel].0 - both[channel].0) / alone[channel].1.hypot(both[channel].1);
+                    assert!(z.abs() < 4.8, "{light}, {name}, {technique}: z = {z}, {alone:?} against {both:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn every_heuristic_has_the_same_mean() {
+    let text = scene(LIGHTS[0].1, MATERIALS[1].1);
+    let measured = |heuristic: Heuristic| {
+        let mut loaded = load(&text, &overrides([20, 16], 256));
+        loaded.settings.integrator.heuristic = heuristic;
+        mean(&render(&loaded))[1]
+    };
+    let balance = measured(Heuristic::Balance);
+    for heuristic in [Heuristic::Power(2.0), Heuristic::Power(4.0), Heuristic::Cutoff(0.1), Heuristic::Maximum] {
+        let other = measured(heuristic);
+        let z = (other.0 - balance.0) / other.1.hypot(balance.1);
+        assert!(z.abs() < 4.0, "{heuristic}: z = {z}");
+    }
+}
+
+/// The checker itself: a lamp 2 % brighter is told apart.
+#[test]
+fn a_two_percent_error_is_found() {
+    let brightness = |scale: &str| {
+        let lamp = LIGHTS[0].1.replace(r#""rgb L""#, &format!(r#""float scale" {scale} "rgb L""#));
+        mean(&render(&load(&scene(&lamp, MATERIALS[0].1), &overrides([20, 16], 128))))[1]
+    };
+    let (right, wrong) = (brightness("1"), brightness("1.02"));
+    assert!((wrong.0 - right.0) / right.1.hypot(wrong.1) > 4.8);
+}

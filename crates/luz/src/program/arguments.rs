@@ -1,0 +1,224 @@
+//! The command line's grammar.
+
+use super::exit::EXIT_CODES;
+use super::values::{
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName,
+    Threshold, ToneMapName,
+};
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand};
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const EXAMPLES: &str = "\
+Examples:
+  luz render scenes/cornell-box.pbrt
+  luz info scenes/cornell-box.pbrt
+  luz compare cornell-box.exr reference.exr -o error.png
+
+";
+
+/// Monte Carlo imaging: renders pbrt-v4 scenes, says what is in them, compares pictures
+#[derive(Debug, Parser)]
+#[command(name = "luz", version, styles = STYLES, after_help = format!("{EXAMPLES}{EXIT_CODES}"))]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene
+    #[command(after_help = RENDER_HELP)]
+    Render(RenderArguments),
+    /// Say what is inside a scene, and what of it cannot be rendered
+    #[command(after_help = INFO_HELP)]
+    Info(InfoArguments),
+    /// Compare an image with a reference
+    #[command(after_help = COMPARE_HELP)]
+    Compare(CompareArguments),
+    /// Print a completion script for a shell
+    #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
+        luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+const RENDER_HELP: &str = "\
+Without -o, two files are written to the current directory, named as the scene's film says (or else as the scene):
+a linear EXR with the variance of every pixel, and beside it a tone-mapped PNG. With -o, just the files named.
+
+Ctrl-C finishes the pass, writes what has been rendered by then, and exits with code 130; a second one exits at once.
+Equal scene, seed and samples give equal bits, for any number of threads.
+
+Examples:
+  luz render scenes/cornell-box.pbrt
+  luz render scene.pbrt -o picture.png --exposure 1
+  luz render scene.pbrt -o out.exr -o out.png --spp 256 --resolution 640x360
+  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report report.json";
+
+/// `luz render`
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// The scene, a pbrt-v4 file (.pbrt, .pbrt.gz)
+    pub scene: PathBuf,
+    /// Write this file; its extension chooses the format: exr, pfm, hdr (linear), png, jpg, tiff (tone-mapped).
+    /// Repeat it for several
+    #[arg(short, long, value_name = "FILE", alias = "outfile")]
+    pub output: Vec<OutputFile>,
+    /// Write a report as JSON: settings, samples, times, rays, error, what is in the scene
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Brighten the tone-mapped pictures by so many stops (EV); the EXR stays as it is
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::values::finite)]
+    pub exposure: f32,
+    /// How light beyond white is shown in the tone-mapped pictures
+    #[arg(long, value_name = "NAME", default_value = "clip")]
+    pub tone_map: ToneMapName,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Threads [default: as many as the machine has]
+    #[arg(short, long, value_name = "N", alias = "nthreads")]
+    pub threads: Option<NonZeroU32>,
+    /// What to render otherwise than the scene says
+    #[command(flatten)]
+    pub overrides: OverrideArguments,
+}
+
+/// What to render otherwise than the scene says.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Instead of what the scene says")]
+pub struct OverrideArguments {
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Width and height of the frame in pixels
+    #[arg(long, value_name = "WxH")]
+    pub resolution: Option<Resolution>,
+    /// Render a part of the frame only: x0,x1,y0,y1 from the top left corner, as fractions (none above 1) or in pixels
+    /// (`0,1,0,1px` where it could be either)
+    #[arg(long, value_name = "X0,X1,Y0,Y1", visible_alias = "cropwindow", alias = "pixelbounds")]
+    pub crop: Option<CropArgument>,
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Integrator
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<IntegratorName>,
+    /// Longest path, in scattering events
+    #[arg(long, value_name = "N", alias = "maxdepth")]
+    pub max_depth: Option<u32>,
+    /// Sampler
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<SamplerName>,
+    /// Pixel filter, of the radius that pbrt-v4 gives it
+    #[arg(long, value_name = "NAME")]
+    pub filter: Option<FilterName>,
+    /// Film: gbuffer adds albedo, normals, position and depth to the EXR
+    #[arg(long, value_name = "NAME")]
+    pub film: Option<FilmName>,
+    /// Instruction set of ray traversal
+    #[arg(long, value_name = "SET", default_value = "auto")]
+    pub simd: SimdName,
+}
+
+const INFO_HELP: &str = "\
+Everything that is wrong with the scene, or cannot be rendered yet, is listed with its place; the exit code is then 3.
+
+Examples:
+  luz info scenes/cornell-box.pbrt
+  luz info scene.pbrt --json | jq .triangles";
+
+/// `luz info`
+#[derive(Debug, Args)]
+pub struct InfoArguments {
+    /// The scene, a pbrt-v4 file (.pbrt, .pbrt.gz)
+    pub scene: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+const COMPARE_HELP: &str = "\
+Metrics, per channel and over all of them:
+  MSE     mean of (image − reference)²
+  relMSE  mean of (image − reference)² / (reference² + 0.01)
+  MAE     mean of |image − reference|
+  PSNR    10 log₁₀(peak² / MSE) in decibels
+  SSIM    structural similarity, 1 for equal images
+  z-test  do two Monte Carlo estimates have the same mean? Each pixel and channel is tested by its difference over
+          the root of both variances; the level of each of the n tests is 1 − (1 − α)^(1/n) (Šidák), so that equal
+          means are called different with probability α. Needs variances (of the means): channels Variance.R/G/B, as
+          luz writes them, or --variance-a/--variance-b
+
+Thresholds: mse, relmse, mae fail above their value; psnr, ssim below; z-test=α where the test finds a difference.
+
+Examples:
+  luz compare image.exr reference.exr
+  luz compare image.exr reference.exr -o error.png --threshold relmse=1e-3
+  luz compare a.exr b.exr --variance-b b.var.exr --threshold z-test=0.01";
+
+/// `luz compare`
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// The image
+    #[arg(value_name = "IMAGE")]
+    pub a: PathBuf,
+    /// What it should look like, of the same size
+    #[arg(value_name = "REFERENCE")]
+    pub b: PathBuf,
+    /// Write a map of the error: in false colours (png, jpg, tiff …), or image − reference itself (exr, pfm)
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<OutputFile>,
+    /// What the false colours show
+    #[arg(long, value_name = "NAME", default_value = "absolute")]
+    pub error: ErrorName,
+    /// The error that gets the brightest colour [default: what 99 % of the pixels stay below]
+    #[arg(long, value_name = "ERROR", value_parser = super::values::positive)]
+    pub scale: Option<f32>,
+    /// White, for PSNR and SSIM
+    #[arg(long, value_name = "VALUE", default_value_t = 1.0, value_parser = super::values::positive_f64)]
+    pub peak: f64,
+    /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim or z-test. Repeat it for several
+    #[arg(long, value_name = "METRIC=VALUE")]
+    pub threshold: Vec<Threshold>,
+    /// Variance of the image's means, where it has no channels for it
+    #[arg(long, value_name = "FILE")]
+    pub variance_a: Option<PathBuf>,
+    /// Variance of the reference's means, where it has no channels for it
+    #[arg(long, value_name = "FILE")]
+    pub variance_b: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_grammar_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_names_every_exit_code() {
+        let help = Arguments::command().render_long_help().to_string();
+        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "130 "] {
+            assert!(help.lines().any(|line| line.trim_start().starts_with(code)), "{code} in {help}");
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The command line: what is asked, what is said, and how it ends.
+
+mod arguments;
+mod compare;
+mod exit;
+mod info;
+mod interrupt;
+mod output;
+mod problems;
+mod progress;
+mod render;
+mod report;
+mod values;
+
+use arguments::{Arguments, Command};
+use clap::{CommandFactory, Parser};
+use exit::Exit;
+
+/// Does what the command line asks for.
+pub fn run() -> Exit {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // A closed pipe is no reason to complain.
+            let _ = error.print();
+            return if error.use_stderr() { Exit::Usage } else { Exit::Success };
+        }
+    };
+    match arguments.command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);
+            exit::print_bytes(&script)
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! What a render was, cost, and is worth, as JSON.
+
+use super::values::{film_name, sampler_name, simd_name};
+use luz::Scene;
+use luz::render::film::{Film, PixelBounds};
+use luz::render::world::WorldStatistics;
+use luz::render::{RenderCost, Renderer};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stopped {
+    /// All samples are done.
+    Finished,
+    /// Ctrl-C.
+    Interrupted,
+}
+
+/// What a render was, cost, and is worth.
+#[derive(Debug, Serialize)]
+pub struct Report<'a> {
+    pub program: &'static str,
+    pub version: &'static str,
+    pub scene: &'a Path,
+    pub stopped: Stopped,
+    pub settings: SettingsReport,
+    /// Per pixel: those done.
+    pub samples: u32,
+    pub seconds: Seconds,
+    pub paths: u64,
+    pub paths_per_second: f64,
+    /// Those that ask for the closest hit, and those that ask for any.
+    pub rays: u64,
+    pub closest_hit_rays: u64,
+    pub shadow_rays: u64,
+    pub rays_per_second: f64,
+    /// Samples that were left out.
+    pub dropped_samples: DroppedSamples,
+    /// √(Σ variance / Σ mean²) over pixels and channels; null if unknown.
+    pub relative_error: Option<f64>,
+    /// Over all pixels.
+    pub mean_rgb: [f64; 3],
+    /// Of `mean_rgb`, if pixels were independent; null if unknown.
+    pub mean_rgb_standard_error: Option<[f64; 3]>,
+    pub threads: usize,
+    /// The instructions that rays were traced with.
+    pub simd: &'static str,
+    /// The most memory that the process held, where the system says.
+    pub peak_memory_bytes: Option<u64>,
+    pub world: &'a WorldStatistics,
+    pub warnings: usize,
+    pub outputs: &'a [PathBuf],
+}
+
+/// How it was rendered.
+#[derive(Debug, Serialize)]
+pub struct SettingsReport {
+    pub resolution: [u32; 2],
+    pub bounds: PixelBounds,
+    pub film: &'static str,
+    pub filter: String,
+    pub integrator: &'static str,
+    pub max_depth: u32,
+    pub sampler: &'static str,
+    pub samples_per_pixel: u32,
+    pub seed: u64,
+}
+
+/// Wall-clock seconds.
+#[derive(Debug, Serialize)]
+pub struct Seconds {
+    pub load: f64,
+    pub build: f64,
+    pub render: f64,
+}
+
+/// Samples that were left out, by the reason.
+#[derive(Debug, Serialize)]
+pub struct DroppedSamples {
+    /// Their radiance was infinite or not a number.
+    pub not_finite: u64,
+}
+
+impl<'a> Report<'a> {
+    /// The report of a render.
+    pub fn new(
+        path: &'a Path,
+        scene: &'a Scene,
+        renderer: &Renderer<'_>,
+        stopped: Stopped,
+        outputs: &'a [PathBuf],
+    ) -> Self {
+        let RenderCost { paths, rays, shadow_rays, seconds } = *renderer.cost();
+        let film = renderer.film();
+        let settings = &scene.settings;
+        let (mean_rgb, standard_error) = mean_with_error(film);
+        let per_second = |count: f64| if seconds > 0.0 { count / seconds } else { 0.0 };
+        Self {
+            program: "luz",
+            version: env!("CARGO_PKG_VERSION"),
+            scene: path,
+            stopped,
+            settings: SettingsReport {
+                resolution: settings.resolution,
+                bounds: settings.bounds,
+                film: film_name(settings.film),
+                filter: format!("{:?}, radius {:?}", settings.filter.kind(), settings.filter.radius().to_array()),
+                integrator: "path",
+                max_depth: settings.integrator.max_depth,
+                sampler: sampler_name(settings.sampler),
+                samples_per_pixel: settings.samples_per_pixel,
+                seed: settings.seed,
+            },
+            samples: renderer.samples_done(),
+            seconds: Seconds { load: scene.times.read, build: scene.times.build, render: seconds },
+            paths,
+            paths_per_second: per_second(paths as f64),
+            rays: rays + shadow_rays,
+            closest_hit_rays: rays,
+            shadow_rays,
+            rays_per_second: renderer.cost().rays_per_second(),
+            dropped_samples: DroppedSamples { not_finite: film.dropped() },
+            relative_error: Some(film.relative_error()).filter(|e| e.is_finite()),
+            mean_rgb,
+            mean_rgb_standard_error: Some(standard_error).filter(|e| e.iter().all(|v| v.is_finite())),
+            threads: rayon::current_num_threads(),
+            simd: simd_name(scene.world.accelerator().simd()),
+            peak_memory_bytes: peak_memory(),
+            world: scene.world.statistics(),
+            warnings: scene.diagnostics.warning_count(),
+            outputs,
+        }
+    }
+
+    /// The report as text.
+    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let mut bytes = serde_json::to_vec_pretty(self)?;
+        bytes.push(b'\n');
+        Ok(bytes)
+    }
+}
+
+/// The mean over all pixels, and its standard error if they are independent.
+fn mean_with_error(film: &Film) -> ([f64; 3], [f64; 3]) {
+    let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
+    for pixel in film.pixels() {
+        let (mean, of_mean) = (pixel.mean(), pixel.variance());
+        for channel in 0..3 {
+            sum[channel] += mean[channel];
+            variance[channel] += of_mean[channel];
+        }
+    }
+    let count = film.pixels().len().max(1) as f64;
+    (sum.map(|s| s / count), variance.map(|v| v.sqrt() / count))
+}
+
+/// The most memory that this process has held, in bytes; `None` where the system does not say.
+pub fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}

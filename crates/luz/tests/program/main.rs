@@ -1,0 +1,10 @@
+//! The program as its users meet it: arguments in; files, words and exit codes out.
+
+mod bad_input;
+mod command_line;
+mod compare;
+mod determinism;
+mod info;
+mod interrupt;
+mod render;
+mod support;
