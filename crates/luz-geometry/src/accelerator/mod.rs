@@ -297,6 +297,15 @@ impl Accelerator {
         self.shapes[point.shape as usize].pdf_solid_angle(reference, point)
     }
 
+    /// A number that depends on every byte of the trees: the same trees have the same, different ones hardly ever.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hasher = std::hash::DefaultHasher::new();
+        for tree in &self.trees {
+            tree.hash_into(&mut hasher);
+        }
+        std::hash::Hasher::finish(&hasher)
+    }
+
     /// The centre and radius of a sphere around everything.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         self.bounds().bounding_sphere()
