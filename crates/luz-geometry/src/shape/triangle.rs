@@ -369,6 +369,10 @@ impl Shear {
             determinant = (e0 + e1) + e2;
         }
         let mut t = ((e0 * z0 + e1 * z1) + e2 * z2) / determinant;
+        // If all corners are behind the origin so is the hit, whatever the rounding.
+        if t > t_max || !(z0 > 0.0 || z1 > 0.0 || z2 > 0.0) {
+            return None;
+        }
         let max_h = h0.abs().max(h1.abs()).max(h2.abs());
         let max_z = z0.abs().max(z1.abs()).max(z2.abs());
         let max_x = x0.abs().max(x1.abs()).max(x2.abs());
@@ -383,8 +387,8 @@ impl Shear {
 
     /// Where the ray meets the plane of a triangle, in `f64`, for rays that start near it or run along it; `None` where
     /// not even that tells whether it does, as for origins in the plane.
-    #[cold]
-    fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
+    #[inline]
+    pub fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
         const MARGIN: f64 = 1e-14;
         let origin = DVec3::from_array(self.origin.map(f64::from));
         let direction = self.direction.as_dvec3();

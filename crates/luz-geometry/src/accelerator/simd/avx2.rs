@@ -119,20 +119,25 @@ impl Kernel for Avx2 {
             let (z0, z1, z2) = (_mm_mul_ps(h0, ray.scale), _mm_mul_ps(h1, ray.scale), _mm_mul_ps(h2, ray.scale));
             let scaled = sum(_mm_mul_ps(e0, z0), _mm_mul_ps(e1, z1), _mm_mul_ps(e2, z2));
             let t = _mm_div_ps(scaled, determinant);
-            let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
-            let max_h = largest(h0, h1, h2);
-            let error = t_error(max_x, max_y, max_h, max_z, largest(e0, e1, e2), absolute(determinant));
-            let in_range = _mm_and_ps(_mm_cmpgt_ps(t, error), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
-            let near = _mm_movemask_ps(_mm_cmple_ps(absolute(t), error)) as u32;
-            let open = (flat | near) & inside;
-            let mut mask = _mm_movemask_ps(in_range) as u32 & inside & !open;
+            // If all corners are behind the origin so is the hit, whatever the rounding.
+            let ahead = _mm_cmpgt_ps(_mm_max_ps(_mm_max_ps(z0, z1), z2), zero);
+            let possible = _mm_and_ps(ahead, _mm_cmple_ps(t, _mm_set1_ps(t_max)));
+            let mut mask = _mm_movemask_ps(possible) as u32 & inside & !flat;
             if mask != 0 {
+                let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
+                let max_h = largest(h0, h1, h2);
+                let error = t_error(max_x, max_y, max_h, max_z, largest(e0, e1, e2), absolute(determinant));
+                let near = _mm_movemask_ps(_mm_cmple_ps(absolute(t), error)) as u32 & mask;
+                mask &= _mm_movemask_ps(_mm_cmpgt_ps(t, error)) as u32;
                 _mm_store_ps(hits.t.as_mut_ptr(), t);
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
                 _mm_store_ps(hits.v.as_mut_ptr(), _mm_div_ps(e2, determinant));
+                if near != 0 {
+                    mask |= exact_distances(&ray.exact, packet, near, t_max, hits);
+                }
             }
-            if open != 0 {
-                mask |= exact(&ray.exact, packet, open, t_max, hits);
+            if flat != 0 {
+                mask |= exact(&ray.exact, packet, flat, t_max, hits);
             }
             mask
         }
@@ -231,7 +236,24 @@ unsafe fn t_error(
     }
 }
 
-/// Lanes that `f32` leaves open, one by one: their edge functions all vanish, or `t` may have either sign.
+/// The distances of lanes whose `t` may have either sign.
+#[cold]
+#[inline(never)]
+fn exact_distances(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
+    let mut mask = 0;
+    for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
+        if let Some(t) = ray.plane_distance(packet.lane(lane))
+            && t > 0.0
+            && t <= t_max
+        {
+            hits.t[lane] = t;
+            mask |= 1 << lane;
+        }
+    }
+    mask
+}
+
+/// Lanes whose edge functions all vanish in `f32`.
 #[cold]
 #[inline(never)]
 fn exact(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
