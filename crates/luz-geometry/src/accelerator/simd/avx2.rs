@@ -40,7 +40,6 @@ pub(super) struct TriangleRay {
     origin: [__m128; 3],
     shear: [__m128; 2],
     scale: __m128,
-    exact: Shear,
 }
 
 impl Kernel for Avx2 {
@@ -75,7 +74,6 @@ impl Kernel for Avx2 {
                 ],
                 shear: [_mm_set1_ps(shear.shear[0]), _mm_set1_ps(shear.shear[1])],
                 scale: _mm_set1_ps(shear.scale),
-                exact: *shear,
             }
         }
     }
@@ -99,7 +97,13 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn test_packet(ray: &TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+    unsafe fn test_packet(
+        ray: &TriangleRay,
+        exact_ray: &Shear,
+        packet: &TrianglePacket,
+        t_max: f32,
+        hits: &mut PacketHits,
+    ) -> u32 {
         // SAFETY: the caller vouches for AVX2; packets and hits are aligned to 16 bytes; axes are below 3.
         unsafe {
             let (x0, y0, h0) = vertex(ray, packet, 0);
@@ -133,11 +137,11 @@ impl Kernel for Avx2 {
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
                 _mm_store_ps(hits.v.as_mut_ptr(), _mm_div_ps(e2, determinant));
                 if near != 0 {
-                    mask |= exact_distances(&ray.exact, packet, near, t_max, hits);
+                    mask |= exact_distances(exact_ray, packet, near, t_max, hits);
                 }
             }
             if flat != 0 {
-                mask |= exact(&ray.exact, packet, flat, t_max, hits);
+                mask |= exact(exact_ray, packet, flat, t_max, hits);
             }
             mask
         }

@@ -77,13 +77,19 @@ pub(super) struct Distances(pub [f32; WIDTH]);
 pub(super) trait Kernel {
     /// A ray, as the box test wants it.
     type BoxRay;
-    /// A ray, as the triangle test wants it.
+    /// A ray, as the triangle test wants it; it gets the [`Shear`] that this is made from, too.
     type TriangleRay;
 
     unsafe fn box_ray(slabs: &Slabs) -> Self::BoxRay;
     unsafe fn triangle_ray(shear: &Shear) -> Self::TriangleRay;
     unsafe fn test_boxes(ray: &Self::BoxRay, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32;
-    unsafe fn test_packet(ray: &Self::TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32;
+    unsafe fn test_packet(
+        ray: &Self::TriangleRay,
+        shear: &Shear,
+        packet: &TrianglePacket,
+        t_max: f32,
+        hits: &mut PacketHits,
+    ) -> u32;
 }
 
 /// The portable kernel.
@@ -91,7 +97,7 @@ pub(super) struct Scalar;
 
 impl Kernel for Scalar {
     type BoxRay = Slabs;
-    type TriangleRay = Shear;
+    type TriangleRay = ();
 
     #[inline(always)]
     unsafe fn box_ray(slabs: &Slabs) -> Slabs {
@@ -99,9 +105,7 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn triangle_ray(shear: &Shear) -> Shear {
-        *shear
-    }
+    unsafe fn triangle_ray(_: &Shear) {}
 
     #[inline(always)]
     unsafe fn test_boxes(ray: &Slabs, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32 {
@@ -122,7 +126,7 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn test_packet(ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+    unsafe fn test_packet(_: &(), ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
         let mut mask = 0;
         for lane in 0..LANES {
             if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {
