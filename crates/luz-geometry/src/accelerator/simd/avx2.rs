@@ -2,6 +2,8 @@
 
 use std::arch::x86_64::*;
 
+use glam::Vec3A;
+
 use super::super::node::{LANES, Tree, TrianglePacket, WideNode};
 use super::kernel::{Distances, Kernel, PacketHits, Slabs};
 use super::walk::{Filter, Traversal};
@@ -53,8 +55,8 @@ impl Kernel for Avx2 {
             BoxRay {
                 near_reciprocal: spread(slabs.near_reciprocal),
                 far_reciprocal: spread(slabs.far_reciprocal),
-                near_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.near_reciprocal[i] + slabs.pad[i])),
-                far_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.far_reciprocal[i] - slabs.pad[i])),
+                near_offset: spread(slabs.origin * slabs.near_reciprocal + slabs.pad),
+                far_offset: spread(slabs.origin * slabs.far_reciprocal - slabs.pad),
                 near_plane: slabs.near_plane,
                 far_plane: slabs.far_plane,
             }
@@ -149,9 +151,9 @@ impl Kernel for Avx2 {
 }
 
 #[inline(always)]
-unsafe fn spread(values: [f32; 3]) -> [__m256; 3] {
+unsafe fn spread(v: Vec3A) -> [__m256; 3] {
     // SAFETY: the caller vouches for AVX2.
-    unsafe { [_mm256_set1_ps(values[0]), _mm256_set1_ps(values[1]), _mm256_set1_ps(values[2])] }
+    unsafe { [_mm256_set1_ps(v.x), _mm256_set1_ps(v.y), _mm256_set1_ps(v.z)] }
 }
 
 /// Where the ray enters the slabs of all children along an axis.
