@@ -151,7 +151,8 @@ impl TriangleMesh {
 
     /// Sets the shading normal and tangents from those of the vertices.
     fn shade(&self, triangle: usize, b: [f32; 3], texture: Option<&TextureMap>, point: &mut SurfacePoint) {
-        let ns = self.vertex_normal(triangle, b).and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
+        let interpolated = self.vertex_normal(triangle, b);
+        let ns = interpolated.and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
         let tangent = match &self.tangents {
             Some(tangents) => {
                 let [s0, s1, s2] = self.indices[triangle].map(|i| tangents[i as usize]);
@@ -169,8 +170,10 @@ impl TriangleMesh {
         };
         point.shading_normal = ns;
         if let Some(normals) = &self.normals {
-            let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
-            let [n0, n1, n2] = self.indices[triangle].map(|i| sign * normals[i as usize]);
+            // Of unit length where they meet, whatever length they are given in.
+            let length = interpolated.map_or(1.0, Vec3::length).max(f32::MIN_POSITIVE);
+            let scale = if self.reverse_orientation { -1.0 } else { 1.0 } / length;
+            let [n0, n1, n2] = self.indices[triangle].map(|i| scale * normals[i as usize]);
             (point.dndu, point.dndv) = match texture {
                 Some(texture) => texture.derivatives([n0, n1, n2]),
                 None => match (n2 - n0).cross(n1 - n0).try_normalize() {
