@@ -17,39 +17,46 @@ def write_png(path, pixels):
 
 
 def write_exr(path, pixels):
-    """Half floats R, G, B, uncompressed scan lines."""
+    """Half floats R, G, B, every line zipped."""
     height, width, _ = pixels.shape
     attribute = lambda name, kind, data: name + b"\0" + kind + b"\0" + struct.pack("<I", len(data)) + data
     channels = b"".join(name + b"\0" + struct.pack("<IBBBBII", 1, 0, 0, 0, 0, 1, 1) for name in (b"B", b"G", b"R")) + b"\0"
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
     header = struct.pack("<II", 20000630, 2)
-    header += attribute(b"channels", b"chlist", channels) + attribute(b"compression", b"compression", b"\0")
+    header += attribute(b"channels", b"chlist", channels) + attribute(b"compression", b"compression", b"\2")
     header += attribute(b"dataWindow", b"box2i", window) + attribute(b"displayWindow", b"box2i", window)
     header += attribute(b"lineOrder", b"lineOrder", b"\0") + attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1))
     header += attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0))
     header += attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1)) + b"\0"
-    lines = [np.concatenate([row[:, 2], row[:, 1], row[:, 0]]).astype("<f2").tobytes() for row in pixels]
-    start = len(header) + 8 * height
-    size = 8 + len(lines[0])
+    lines = [zip_line(np.concatenate([row[:, 2], row[:, 1], row[:, 0]]).astype("<f2")) for row in pixels]
+    starts = len(header) + 8 * height + np.cumsum([0] + [8 + len(line) for line in lines])
     with open(path, "wb") as file:
-        file.write(header + b"".join(struct.pack("<Q", start + i * size) for i in range(height)))
+        file.write(header + starts[:-1].astype("<u8").tobytes())
         for y, line in enumerate(lines):
             file.write(struct.pack("<iI", y, len(line)) + line)
+
+
+def zip_line(halves):
+    """OpenEXR's ZIPS: low bytes, then high bytes, their differences, deflated."""
+    data = halves.view(np.uint8)
+    split = np.concatenate([data[0::2], data[1::2]]).astype(int)
+    split[1:] = (split[1:] - split[:-1] + 128 + 256) % 256
+    return zlib.compress(split.astype(np.uint8).tobytes(), 9)
 
 
 def grid(size=256, cells=8):
     """Coloured cells with a bright frame each: shows orientation, distortion and blur."""
     v, u = np.mgrid[0:size, 0:size] / size
     column, row = np.floor(u * cells), np.floor(v * cells)
-    light = 0.45 + 0.4 * ((column + row) % 2)
-    color = np.stack([0.25 + 0.75 * column / (cells - 1), 0.35 + 0 * u, 0.25 + 0.75 * row / (cells - 1)], -1)
+    light = 0.7 + 0.3 * ((column + row) % 2)
+    color = np.stack([0.35 + 0.6 * column / (cells - 1), 0.75 - 0.25 * row / (cells - 1), 0.3 + 0.65 * row / (cells - 1)], -1)
     pixels = light[..., None] * color
     inside = np.maximum(np.abs(u * cells - column - 0.5), np.abs(v * cells - row - 0.5))
     pixels[inside > 0.44] = [0.93, 0.9, 0.82]
     return np.round(255 * pixels).astype(np.uint8)
 
 
-def sky(size=96):
+def sky(size=128):
     """A clear sky with a low, soft sun, z up, on an equal-area octahedral map (Clarberg 2008)."""
     v, u = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 - 1
     distance = 1 - (np.abs(u) + np.abs(v))
@@ -60,12 +67,13 @@ def sky(size=96):
                           np.copysign(1 - r * r, distance)], -1)
     up = direction[..., 2:]
     blue, haze, ground = np.array([0.12, 0.28, 0.65]), np.array([0.75, 0.7, 0.62]), np.array([0.16, 0.14, 0.12])
-    mix = np.clip(up, 0, 1) ** 0.45
-    pixels = np.where(up > 0, haze * (1 - mix) + blue * mix, ground)
+    mix = np.clip(up, 0, 1) ** 0.6
+    above = np.clip(up / 0.16 + 0.5, 0, 1)
+    pixels = above * (haze * (1 - mix) + blue * mix) + (1 - above) * ground
     sun = np.array([-0.62, 0.5, 0.6]) / np.linalg.norm([-0.62, 0.5, 0.6])
     toward = np.sum(direction * sun, -1, keepdims=True)
     glow = 0.6 * np.exp((toward - 1) * 12) + 90 * np.exp((toward - 1) * 700)
-    return pixels + np.where(up > 0, glow, 0) * np.array([1.0, 0.82, 0.55])
+    return pixels + above * glow * np.array([1.0, 0.82, 0.55])
 
 
 write_png("grid.png", grid())

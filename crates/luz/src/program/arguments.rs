@@ -128,6 +128,9 @@ pub struct OverrideArguments {
     /// Film: gbuffer adds albedo, normals, position and depth to the EXR
     #[arg(long, value_name = "NAME")]
     pub film: Option<FilmName>,
+    /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
+    #[arg(long)]
+    pub pbrt_coats: bool,
     /// Instruction set of ray traversal
     #[arg(long, value_name = "SET", default_value = "auto")]
     pub simd: SimdName,

@@ -2,7 +2,7 @@
 
 use luz::scene::diagnostic::Note;
 use luz::scene::source::Location;
-use luz::scene::{Diagnostic, Diagnostics, Severity, SourceMap};
+use luz::scene::{Diagnostic, Diagnostics, Locator, Severity, SourceMap};
 use miette::{
     GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan,
 };
@@ -79,7 +79,8 @@ impl Report {
     fn new(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
         let notes = diagnostic.notes.iter().map(|note| note_text(note, sources));
         let includes = diagnostic.span.map(|span| sources.include_chain(span.file)).unwrap_or_default();
-        let includes = includes.into_iter().map(|span| format!("included from {}", sources.place(span)));
+        let mut locator = Locator::new(sources);
+        let includes = includes.into_iter().map(|span| format!("included from {}", locator.place(span)));
         let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).chain(includes).collect();
         let location = diagnostic.span.map(|span| sources.locate(span));
         // A file that is gone, or that has no line there, has nothing to show but its name.
@@ -98,7 +99,7 @@ impl Report {
 
 fn note_text(note: &Note, sources: &SourceMap) -> String {
     match note.span {
-        Some(span) => format!("{}: {}", sources.place(span), note.message),
+        Some(span) => format!("{}: {}", Locator::new(sources).place(span), note.message),
         None => note.message.clone(),
     }
 }

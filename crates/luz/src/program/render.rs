@@ -11,6 +11,7 @@ use super::values::{OutputFile, simd_name};
 use luz::Scene;
 use luz::geometry::SimdLevel;
 use luz::image::{Chromaticities, Image, ImageError, Placement, ToneMap};
+use luz::render::bsdf::CoatWeights;
 use luz::render::{Overrides, Renderer};
 use luz::scene::SceneErrors;
 use std::path::{Path, PathBuf};
@@ -70,6 +71,7 @@ fn open(path: &Path, wanted: &OverrideArguments, is_quiet: bool) -> Result<Scene
         integrator: wanted.integrator.map(|name| name.name().to_owned()),
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
+        coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
     };
     let simd = SimdLevel::from(wanted.simd);
     let scene = Scene::open_with(path, &overrides, simd).map_err(|errors| refuse(&errors))?;
