@@ -129,6 +129,7 @@ fn surface_at(shape: &Shape, p: DVec2) -> (f64, SurfacePoint) {
     let cross = slope(DVec2::X).cross(slope(DVec2::Y));
     let normal = cross.normalize_or(DVec3::Z).as_vec3();
     let none = Vec3::ZERO;
+    let parametric = if let Shape::Triangles(_) = shape { DVec2::new(p.x * (1.0 - p.y), p.x * p.y) } else { p };
     let point = SurfacePoint {
         position: at(shape, p).as_vec3(),
         position_error: none,
@@ -141,7 +142,7 @@ fn surface_at(shape: &Shape, p: DVec2) -> (f64, SurfacePoint) {
         shading_dpdv: none,
         dndu: none,
         dndv: none,
-        parametric: p.as_vec2(),
+        parametric: parametric.as_vec2(),
         face_index: 0,
         time: 0.0,
         shape: 0,
