@@ -213,7 +213,14 @@ impl Transform {
     pub fn surface(&self, s: &SurfacePoint) -> SurfacePoint {
         let (position, position_error) = self.point_with_error(s.position, s.position_error);
         let geometric_normal = self.normal(s.geometric_normal).normalize_or_zero();
-        let shading_normal = self.normal(s.shading_normal).normalize_or(geometric_normal);
+        let unscaled = self.normal(s.shading_normal);
+        let shading_normal = unscaled.normalize_or(geometric_normal);
+        // The derivative of a normal that is then brought back to length one.
+        let per_length = unscaled.length().max(f32::MIN_POSITIVE).recip();
+        let normal_derivative = |d: Vec3| {
+            let d = self.normal(d) * per_length;
+            d - shading_normal * shading_normal.dot(d)
+        };
         SurfacePoint {
             position,
             position_error,
@@ -223,8 +230,8 @@ impl Transform {
             dpdv: self.vector(s.dpdv),
             shading_dpdu: self.vector(s.shading_dpdu),
             shading_dpdv: self.vector(s.shading_dpdv),
-            dndu: self.normal(s.dndu),
-            dndv: self.normal(s.dndv),
+            dndu: normal_derivative(s.dndu),
+            dndv: normal_derivative(s.dndv),
             ..*s
         }
     }

@@ -55,7 +55,7 @@ pub struct BuildReport {
 }
 
 /// Collects shapes; see [`Self::build`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct AcceleratorBuilder {
     simd: SimdLevel,
     shapes: Vec<Shape>,
@@ -65,10 +65,22 @@ pub struct AcceleratorBuilder {
     instances: Vec<Instance>,
 }
 
+impl Default for AcceleratorBuilder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl AcceleratorBuilder {
     /// Nothing yet.
     pub fn new() -> Self {
-        Self { groups: vec![Vec::new()], ..Self::default() }
+        Self {
+            simd: SimdLevel::Auto,
+            shapes: Vec::new(),
+            filtered: Vec::new(),
+            groups: vec![Vec::new()],
+            instances: Vec::new(),
+        }
     }
 
     /// Which instructions to use; what the machine lacks is replaced by the next best.

@@ -1,6 +1,6 @@
 //! Meshes of bilinear patches.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use luz_sample::warp::{self, SphericalRectangle};
 
 use super::quadric::weingarten;
@@ -101,16 +101,14 @@ impl BilinearMesh {
         let (u, v) = (f64::from(hit.u), f64::from(hit.v));
         let (patch_dpdu, patch_dpdv) = (patch.dpdu(v), patch.dpdv(u));
         let normal = patch_dpdu.cross(patch_dpdv).normalize_or_zero();
-        let (mut dpdu, mut dpdv) = (patch_dpdu, patch_dpdv);
-        if let Some(corners) = self.corner_uvs(index)
-            && let Some((s, t)) = texture_derivatives(corners, parametric, patch_dpdu, patch_dpdv)
-        {
-            (dpdu, dpdv) = (s, t);
-        }
         let twist = patch.p00 - patch.p01 - patch.p10 + patch.p11;
-        let (dndu, dndv) = weingarten(dpdu, dpdv, normal, DVec3::ZERO, twist, DVec3::ZERO);
+        let (patch_dndu, patch_dndv) = weingarten(patch_dpdu, patch_dpdv, normal, DVec3::ZERO, twist, DVec3::ZERO);
+        let texture = self.corner_uvs(index).and_then(|corners| TextureMap::new(corners, parametric));
+        let (dpdu, dpdv) = texture.map_or((patch_dpdu, patch_dpdv), |t| t.derivatives(patch_dpdu, patch_dpdv));
+        let (dndu, dndv) = texture.map_or((patch_dndu, patch_dndv), |t| t.derivatives(patch_dndu, patch_dndv));
         let reach = patch.p00.abs().max(patch.p10.abs()).max(patch.p01.abs().max(patch.p11.abs())).as_vec3();
         let geometric_normal = self.oriented(index, normal.as_vec3(), parametric);
+        let side = if geometric_normal.dot(normal.as_vec3()) < 0.0 { -1.0 } else { 1.0 };
         let mut point = SurfacePoint {
             position: patch.at(u, v).as_vec3(),
             position_error: gamma(6) * reach,
@@ -121,8 +119,8 @@ impl BilinearMesh {
             dpdv: dpdv.as_vec3(),
             shading_dpdu: dpdu.as_vec3(),
             shading_dpdv: dpdv.as_vec3(),
-            dndu: dndu.as_vec3(),
-            dndv: dndv.as_vec3(),
+            dndu: dndu.as_vec3() * side,
+            dndv: dndv.as_vec3() * side,
             parametric,
             face_index: self.face_indices.as_ref().and_then(|f| f.get(index).copied()).unwrap_or(0),
             time: ray.time,
@@ -130,17 +128,22 @@ impl BilinearMesh {
             primitive: hit.primitive,
             instance: NO_INSTANCE,
         };
-        self.shade(index, &mut point);
+        self.shade(index, texture, &mut point);
         point
     }
 
     /// Sets the shading geometry from the vertex normals: the tangents turn with the normal.
-    fn shade(&self, patch: usize, point: &mut SurfacePoint) {
+    fn shade(&self, patch: usize, texture: Option<TextureMap>, point: &mut SurfacePoint) {
         let Some(corners @ [n00, n10, n01, n11]) = self.corner_normals(patch) else { return };
         let uv = point.parametric;
-        let Some(ns) = interpolate(corners, uv).try_normalize() else { return };
-        point.dndu = n10.lerp(n11, uv.y) - n00.lerp(n01, uv.y);
-        point.dndv = n01.lerp(n11, uv.x) - n00.lerp(n10, uv.x);
+        let interpolated = interpolate(corners, uv);
+        let Some(ns) = interpolated.try_normalize() else { return };
+        // Of unit length where they meet, whatever length they are given in.
+        let scale = interpolated.length().recip();
+        let dndu = ((n10.lerp(n11, uv.y) - n00.lerp(n01, uv.y)) * scale).as_dvec3();
+        let dndv = ((n01.lerp(n11, uv.x) - n00.lerp(n10, uv.x)) * scale).as_dvec3();
+        let (dndu, dndv) = texture.map_or((dndu, dndv), |t| t.derivatives(dndu, dndv));
+        (point.dndu, point.dndv) = (dndu.as_vec3(), dndv.as_vec3());
         let turn = glam::Quat::from_rotation_arc(point.geometric_normal, ns);
         let dpdu = turn * point.dpdu;
         point.shading_dpdu = dpdu - ns * ns.dot(dpdu);
@@ -230,20 +233,32 @@ where
     (a00 * (1.0 - u) + a10 * u) * (1.0 - v) + (a01 * (1.0 - u) + a11 * u) * v
 }
 
-/// The derivatives of position by the texture's coordinates (s, t), given those by the patch's (u, v), by the inverse of
-/// the Jacobian matrix; `None` where it has none.
-fn texture_derivatives(corners: [Vec2; 4], uv: Vec2, dpdu: DVec3, dpdv: DVec3) -> Option<(DVec3, DVec3)> {
-    let [st00, st10, st01, st11] = corners.map(|c| c.as_dvec2());
-    let (u, v) = (f64::from(uv.x), f64::from(uv.y));
-    let dstdu = (st10 - st00) * (1.0 - v) + (st11 - st01) * v;
-    let dstdv = (st01 - st00) * (1.0 - u) + (st11 - st10) * u;
-    let determinant = dstdu.x * dstdv.y - dstdu.y * dstdv.x;
-    if determinant.abs() < 1e-16 {
-        return None;
+/// The map from the patch's (u, v) to the texture's coordinates (s, t), linearised at a point.
+#[derive(Clone, Copy)]
+struct TextureMap {
+    dstdu: DVec2,
+    dstdv: DVec2,
+    determinant: f64,
+}
+
+impl TextureMap {
+    /// `None` where it cannot be inverted.
+    fn new(corners: [Vec2; 4], uv: Vec2) -> Option<Self> {
+        let [st00, st10, st01, st11] = corners.map(|c| c.as_dvec2());
+        let (u, v) = (f64::from(uv.x), f64::from(uv.y));
+        let dstdu = (st10 - st00) * (1.0 - v) + (st11 - st01) * v;
+        let dstdv = (st01 - st00) * (1.0 - u) + (st11 - st10) * u;
+        let determinant = dstdu.x * dstdv.y - dstdu.y * dstdv.x;
+        (determinant.abs() >= 1e-16).then_some(Self { dstdu, dstdv, determinant })
     }
-    let dpds = (dpdu * dstdv.y - dpdv * dstdu.y) / determinant;
-    let dpdt = (dpdv * dstdu.x - dpdu * dstdv.x) / determinant;
-    Some((dpds, dpdt))
+
+    /// The derivatives by s and t of what has the derivatives `du` and `dv` by u and v.
+    fn derivatives(&self, du: DVec3, dv: DVec3) -> (DVec3, DVec3) {
+        (
+            (du * self.dstdv.y - dv * self.dstdu.y) / self.determinant,
+            (dv * self.dstdu.x - du * self.dstdv.x) / self.determinant,
+        )
+    }
 }
 
 /// One patch, in `f64`.

@@ -89,7 +89,8 @@ impl ObjectSurface {
     pub fn to_world(&self, transform: &Transform, reverse_orientation: bool, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let normal = self.dpdu.cross(self.dpdv).normalize_or_zero();
         let (dndu, dndv) = weingarten(self.dpdu, self.dpdv, normal, self.d2pduu, self.d2pduv, self.d2pdvv);
-        let oriented = if reverse_orientation != transform.swaps_handedness() { -normal } else { normal }.as_vec3();
+        let side = if reverse_orientation != transform.swaps_handedness() { -1.0 } else { 1.0 };
+        let oriented = (normal * side).as_vec3();
         let (dpdu, dpdv) = (self.dpdu.as_vec3(), self.dpdv.as_vec3());
         let local = SurfacePoint {
             position: self.position.as_vec3(),
@@ -101,8 +102,8 @@ impl ObjectSurface {
             dpdv,
             shading_dpdu: dpdu,
             shading_dpdv: dpdv,
-            dndu: dndu.as_vec3(),
-            dndv: dndv.as_vec3(),
+            dndu: (dndu * side).as_vec3(),
+            dndv: (dndv * side).as_vec3(),
             parametric: Vec2::new(hit.u, hit.v),
             face_index: 0,
             time: ray.time,

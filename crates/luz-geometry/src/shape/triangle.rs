@@ -151,7 +151,8 @@ impl TriangleMesh {
 
     /// Sets the shading normal and tangents from those of the vertices.
     fn shade(&self, triangle: usize, b: [f32; 3], texture: Option<&TextureMap>, point: &mut SurfacePoint) {
-        let ns = self.vertex_normal(triangle, b).and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
+        let interpolated = self.vertex_normal(triangle, b);
+        let ns = interpolated.and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
         let tangent = match &self.tangents {
             Some(tangents) => {
                 let [s0, s1, s2] = self.indices[triangle].map(|i| tangents[i as usize]);
@@ -169,8 +170,10 @@ impl TriangleMesh {
         };
         point.shading_normal = ns;
         if let Some(normals) = &self.normals {
-            let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
-            let [n0, n1, n2] = self.indices[triangle].map(|i| sign * normals[i as usize]);
+            // Of unit length where they meet, whatever length they are given in.
+            let length = interpolated.map_or(1.0, Vec3::length).max(f32::MIN_POSITIVE);
+            let scale = if self.reverse_orientation { -1.0 } else { 1.0 } / length;
+            let [n0, n1, n2] = self.indices[triangle].map(|i| scale * normals[i as usize]);
             (point.dndu, point.dndv) = match texture {
                 Some(texture) => texture.derivatives([n0, n1, n2]),
                 None => match (n2 - n0).cross(n1 - n0).try_normalize() {
@@ -429,6 +432,10 @@ impl Shear {
             determinant = (e0 + e1) + e2;
         }
         let mut t = ((e0 * z0 + e1 * z1) + e2 * z2) / determinant;
+        // If all corners are behind the origin so is the hit, whatever the rounding.
+        if t > t_max || !(z0 > 0.0 || z1 > 0.0 || z2 > 0.0) {
+            return None;
+        }
         let max_h = h0.abs().max(h1.abs()).max(h2.abs());
         let max_z = z0.abs().max(z1.abs()).max(z2.abs());
         let max_x = x0.abs().max(x1.abs()).max(x2.abs());
@@ -443,8 +450,8 @@ impl Shear {
 
     /// Where the ray meets the plane of a triangle, in `f64`, for rays that start near it or run along it; `None` where
     /// not even that tells whether it does, as for origins in the plane.
-    #[cold]
-    fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
+    #[inline]
+    pub fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
         const MARGIN: f64 = 1e-14;
         let origin = DVec3::from_array(self.origin.map(f64::from));
         let direction = self.direction.as_dvec3();

@@ -2,6 +2,8 @@
 
 use std::arch::x86_64::*;
 
+use glam::Vec3A;
+
 use super::super::node::{LANES, Tree, TrianglePacket, WideNode};
 use super::kernel::{Distances, Kernel, PacketHits, Slabs};
 use super::walk::{Filter, Traversal};
@@ -40,7 +42,6 @@ pub(super) struct TriangleRay {
     origin: [__m128; 3],
     shear: [__m128; 2],
     scale: __m128,
-    exact: Shear,
 }
 
 impl Kernel for Avx2 {
@@ -54,8 +55,8 @@ impl Kernel for Avx2 {
             BoxRay {
                 near_reciprocal: spread(slabs.near_reciprocal),
                 far_reciprocal: spread(slabs.far_reciprocal),
-                near_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.near_reciprocal[i] + slabs.pad[i])),
-                far_offset: spread([0, 1, 2].map(|i| slabs.origin[i] * slabs.far_reciprocal[i] - slabs.pad[i])),
+                near_offset: spread(slabs.origin * slabs.near_reciprocal + slabs.pad),
+                far_offset: spread(slabs.origin * slabs.far_reciprocal - slabs.pad),
                 near_plane: slabs.near_plane,
                 far_plane: slabs.far_plane,
             }
@@ -75,7 +76,6 @@ impl Kernel for Avx2 {
                 ],
                 shear: [_mm_set1_ps(shear.shear[0]), _mm_set1_ps(shear.shear[1])],
                 scale: _mm_set1_ps(shear.scale),
-                exact: *shear,
             }
         }
     }
@@ -99,7 +99,13 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    unsafe fn test_packet(ray: &TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+    unsafe fn test_packet(
+        ray: &TriangleRay,
+        exact_ray: &Shear,
+        packet: &TrianglePacket,
+        t_max: f32,
+        hits: &mut PacketHits,
+    ) -> u32 {
         // SAFETY: the caller vouches for AVX2; packets and hits are aligned to 16 bytes; axes are below 3.
         unsafe {
             let (x0, y0, h0) = vertex(ray, packet, 0);
@@ -119,20 +125,25 @@ impl Kernel for Avx2 {
             let (z0, z1, z2) = (_mm_mul_ps(h0, ray.scale), _mm_mul_ps(h1, ray.scale), _mm_mul_ps(h2, ray.scale));
             let scaled = sum(_mm_mul_ps(e0, z0), _mm_mul_ps(e1, z1), _mm_mul_ps(e2, z2));
             let t = _mm_div_ps(scaled, determinant);
-            let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
-            let max_h = largest(h0, h1, h2);
-            let error = t_error(max_x, max_y, max_h, max_z, largest(e0, e1, e2), absolute(determinant));
-            let in_range = _mm_and_ps(_mm_cmpgt_ps(t, error), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
-            let near = _mm_movemask_ps(_mm_cmple_ps(absolute(t), error)) as u32;
-            let open = (flat | near) & inside;
-            let mut mask = _mm_movemask_ps(in_range) as u32 & inside & !open;
+            // If all corners are behind the origin so is the hit, whatever the rounding.
+            let ahead = _mm_cmpgt_ps(_mm_max_ps(_mm_max_ps(z0, z1), z2), zero);
+            let possible = _mm_and_ps(ahead, _mm_cmple_ps(t, _mm_set1_ps(t_max)));
+            let mut mask = _mm_movemask_ps(possible) as u32 & inside & !flat;
             if mask != 0 {
+                let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
+                let max_h = largest(h0, h1, h2);
+                let error = t_error(max_x, max_y, max_h, max_z, largest(e0, e1, e2), absolute(determinant));
+                let near = _mm_movemask_ps(_mm_cmple_ps(absolute(t), error)) as u32 & mask;
+                mask &= _mm_movemask_ps(_mm_cmpgt_ps(t, error)) as u32;
                 _mm_store_ps(hits.t.as_mut_ptr(), t);
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
                 _mm_store_ps(hits.v.as_mut_ptr(), _mm_div_ps(e2, determinant));
+                if near != 0 {
+                    mask |= exact_distances(exact_ray, packet, near, t_max, hits);
+                }
             }
-            if open != 0 {
-                mask |= exact(&ray.exact, packet, open, t_max, hits);
+            if flat != 0 {
+                mask |= exact(exact_ray, packet, flat, t_max, hits);
             }
             mask
         }
@@ -140,9 +151,9 @@ impl Kernel for Avx2 {
 }
 
 #[inline(always)]
-unsafe fn spread(values: [f32; 3]) -> [__m256; 3] {
+unsafe fn spread(v: Vec3A) -> [__m256; 3] {
     // SAFETY: the caller vouches for AVX2.
-    unsafe { [_mm256_set1_ps(values[0]), _mm256_set1_ps(values[1]), _mm256_set1_ps(values[2])] }
+    unsafe { [_mm256_set1_ps(v.x), _mm256_set1_ps(v.y), _mm256_set1_ps(v.z)] }
 }
 
 /// Where the ray enters the slabs of all children along an axis.
@@ -231,7 +242,24 @@ unsafe fn t_error(
     }
 }
 
-/// Lanes that `f32` leaves open, one by one: their edge functions all vanish, or `t` may have either sign.
+/// The distances of lanes whose `t` may have either sign.
+#[cold]
+#[inline(never)]
+fn exact_distances(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
+    let mut mask = 0;
+    for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
+        if let Some(t) = ray.plane_distance(packet.lane(lane))
+            && t > 0.0
+            && t <= t_max
+        {
+            hits.t[lane] = t;
+            mask |= 1 << lane;
+        }
+    }
+    mask
+}
+
+/// Lanes whose edge functions all vanish in `f32`.
 #[cold]
 #[inline(never)]
 fn exact(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {

@@ -1,5 +1,7 @@
 //! What a traversal needs from an instruction set, and the portable version of it.
 
+use glam::Vec3A;
+
 use super::super::node::{LANES, TrianglePacket, WIDTH, WideNode};
 use crate::Ray;
 use crate::shape::triangle::Shear;
@@ -12,11 +14,11 @@ use crate::shape::triangle::Shear;
 /// "Robust BVH Ray Traversal").
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slabs {
-    pub origin: [f32; 3],
-    pub near_reciprocal: [f32; 3],
-    pub far_reciprocal: [f32; 3],
+    pub origin: Vec3A,
+    pub near_reciprocal: Vec3A,
+    pub far_reciprocal: Vec3A,
     /// Units of `t`, not negative.
-    pub pad: [f32; 3],
+    pub pad: Vec3A,
     /// Which of [`WideNode::planes`] the ray enters through, for each axis; it leaves through the other one.
     pub near_plane: [usize; 3],
     pub far_plane: [usize; 3],
@@ -27,30 +29,22 @@ impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray, reach: f32) -> Self {
         const MARGIN: f32 = 1.0 / (1u32 << 22) as f32;
-        let origin = ray.origin.to_array();
-        let size = ray.direction.abs().max_element();
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let size = direction.abs();
         // Components this small count as this: over the scene the ray strays by less than the pad below allows for.
-        let least = size * 2f32.powi(-60);
-        let scale = 2f32.powi(-50) * (reach + ray.origin.abs().max_element());
-        let mut out = Self {
+        let least = Vec3A::splat(size.max_element() * 2f32.powi(-60));
+        let scale = 2f32.powi(-50) * (reach + origin.abs().max_element());
+        let reciprocal = Vec3A::ONE / Vec3A::select(size.cmplt(least), least.copysign(direction), direction);
+        let negative = reciprocal.is_negative_bitmask() as usize;
+        let [x, y, z] = [negative & 1, negative >> 1 & 1, negative >> 2 & 1];
+        Self {
             origin,
-            near_reciprocal: [0.0; 3],
-            far_reciprocal: [0.0; 3],
-            pad: [0.0; 3],
-            near_plane: [0; 3],
-            far_plane: [0; 3],
-        };
-        for axis in 0..3 {
-            let d = ray.direction[axis];
-            let reciprocal = 1.0 / if d.abs() < least { least.copysign(d) } else { d };
-            out.near_reciprocal[axis] = reciprocal * (1.0 - MARGIN);
-            out.far_reciprocal[axis] = reciprocal * (1.0 + MARGIN);
-            out.pad[axis] = (MARGIN * ray.origin[axis].abs() + scale) * reciprocal.abs();
-            let negative = usize::from(reciprocal < 0.0);
-            out.near_plane[axis] = axis + 3 * negative;
-            out.far_plane[axis] = axis + 3 * (1 - negative);
+            near_reciprocal: reciprocal * (1.0 - MARGIN),
+            far_reciprocal: reciprocal * (1.0 + MARGIN),
+            pad: (origin.abs() * MARGIN + scale) * reciprocal.abs(),
+            near_plane: [3 * x, 1 + 3 * y, 2 + 3 * z],
+            far_plane: [3 - 3 * x, 4 - 3 * y, 5 - 3 * z],
         }
-        out
     }
 }
 
@@ -77,13 +71,19 @@ pub(super) struct Distances(pub [f32; WIDTH]);
 pub(super) trait Kernel {
     /// A ray, as the box test wants it.
     type BoxRay;
-    /// A ray, as the triangle test wants it.
+    /// A ray, as the triangle test wants it; it gets the [`Shear`] that this is made from, too.
     type TriangleRay;
 
     unsafe fn box_ray(slabs: &Slabs) -> Self::BoxRay;
     unsafe fn triangle_ray(shear: &Shear) -> Self::TriangleRay;
     unsafe fn test_boxes(ray: &Self::BoxRay, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32;
-    unsafe fn test_packet(ray: &Self::TriangleRay, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32;
+    unsafe fn test_packet(
+        ray: &Self::TriangleRay,
+        shear: &Shear,
+        packet: &TrianglePacket,
+        t_max: f32,
+        hits: &mut PacketHits,
+    ) -> u32;
 }
 
 /// The portable kernel.
@@ -91,7 +91,7 @@ pub(super) struct Scalar;
 
 impl Kernel for Scalar {
     type BoxRay = Slabs;
-    type TriangleRay = Shear;
+    type TriangleRay = ();
 
     #[inline(always)]
     unsafe fn box_ray(slabs: &Slabs) -> Slabs {
@@ -99,19 +99,20 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn triangle_ray(shear: &Shear) -> Shear {
-        *shear
-    }
+    unsafe fn triangle_ray(_: &Shear) {}
 
     #[inline(always)]
     unsafe fn test_boxes(ray: &Slabs, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32 {
         let mut enter = [0f32; WIDTH];
         let mut leave = [t_max; WIDTH];
+        let origin = ray.origin.to_array();
+        let (near_reciprocal, far_reciprocal) = (ray.near_reciprocal.to_array(), ray.far_reciprocal.to_array());
+        let pad = ray.pad.to_array();
         for axis in 0..3 {
             let (near, far) = (&node.planes[ray.near_plane[axis]], &node.planes[ray.far_plane[axis]]);
             for i in 0..WIDTH {
-                let t0 = (near[i] - ray.origin[axis]) * ray.near_reciprocal[axis] - ray.pad[axis];
-                let t1 = (far[i] - ray.origin[axis]) * ray.far_reciprocal[axis] + ray.pad[axis];
+                let t0 = (near[i] - origin[axis]) * near_reciprocal[axis] - pad[axis];
+                let t1 = (far[i] - origin[axis]) * far_reciprocal[axis] + pad[axis];
                 // NaN, which only overflow makes, leaves the axis out.
                 enter[i] = if t0 > enter[i] { t0 } else { enter[i] };
                 leave[i] = if t1 < leave[i] { t1 } else { leave[i] };
@@ -122,7 +123,7 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn test_packet(ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+    unsafe fn test_packet(_: &(), ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
         let mut mask = 0;
         for lane in 0..LANES {
             if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {

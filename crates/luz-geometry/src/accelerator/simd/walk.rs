@@ -102,8 +102,9 @@ impl<F: Filter> Traversal<'_, F> {
             return false;
         }
         // SAFETY: the caller vouches for the instruction set.
-        let (box_ray, triangle_ray) =
-            unsafe { (K::box_ray(&Slabs::new(ray, tree.reach)), K::triangle_ray(&Shear::new(ray))) };
+        let shear = Shear::new(ray);
+        // SAFETY: the caller vouches for the instruction set.
+        let (box_ray, triangle_ray) = unsafe { (K::box_ray(&Slabs::new(ray, tree.reach)), K::triangle_ray(&shear)) };
         let mut found = false;
         let mut stack = [MaybeUninit::<Entry>::uninit(); STACK];
         let mut height = 0usize;
@@ -182,7 +183,7 @@ impl<F: Filter> Traversal<'_, F> {
                 } else {
                     for packet in &tree.packets[current.range()] {
                         // SAFETY: the caller vouches for the instruction set.
-                        let mut mask = unsafe { K::test_packet(&triangle_ray, packet, best.t, &mut hits) };
+                        let mut mask = unsafe { K::test_packet(&triangle_ray, &shear, packet, best.t, &mut hits) };
                         while mask != 0 {
                             let lane = mask.trailing_zeros() as usize & (LANES - 1);
                             mask &= mask - 1;
