@@ -54,8 +54,9 @@ pub fn count(diagnostics: &Diagnostics) -> String {
 fn render(diagnostics: &Diagnostics, sources: &SourceMap, theme: &GraphicalTheme) -> String {
     let handler = GraphicalReportHandler::new_themed(theme.clone()).with_width(120).with_context_lines(0);
     let mut out = String::new();
+    let mut locator = Locator::new(sources);
     for diagnostic in diagnostics {
-        let report = Report::new(diagnostic, sources);
+        let report = Report::new(diagnostic, &mut locator);
         if handler.render_report(&mut out, &report).is_err() {
             out += &diagnostic.render(sources);
         }
@@ -76,13 +77,13 @@ struct Report {
 }
 
 impl Report {
-    fn new(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
-        let notes = diagnostic.notes.iter().map(|note| note_text(note, sources));
-        let includes = diagnostic.span.map(|span| sources.include_chain(span.file)).unwrap_or_default();
-        let mut locator = Locator::new(sources);
-        let includes = includes.into_iter().map(|span| format!("included from {}", locator.place(span)));
+    fn new(diagnostic: &Diagnostic, locator: &mut Locator<'_>) -> Self {
+        let notes: Vec<String> = diagnostic.notes.iter().map(|note| note_text(note, locator)).collect();
+        let includes = diagnostic.span.map(|span| locator.sources().include_chain(span.file)).unwrap_or_default();
+        let includes: Vec<String> =
+            includes.into_iter().map(|span| format!("included from {}", locator.place(span))).collect();
         let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).chain(includes).collect();
-        let location = diagnostic.span.map(|span| sources.locate(span));
+        let location = diagnostic.span.map(|span| locator.locate(span));
         // A file that is gone, or that has no line there, has nothing to show but its name.
         let (excerpt, place) = match location {
             Some(location) if location.excerpt.trim().is_empty() => (None, Some(location.file)),
@@ -97,9 +98,9 @@ impl Report {
     }
 }
 
-fn note_text(note: &Note, sources: &SourceMap) -> String {
+fn note_text(note: &Note, locator: &mut Locator<'_>) -> String {
     match note.span {
-        Some(span) => format!("{}: {}", Locator::new(sources).place(span), note.message),
+        Some(span) => format!("{}: {}", locator.place(span), note.message),
         None => note.message.clone(),
     }
 }

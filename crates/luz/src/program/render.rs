@@ -131,7 +131,7 @@ fn write(
             }
         }
     }
-    let report = Report::new(&arguments.scene, scene, renderer, stopped, &written);
+    let report = Report::new((&arguments.scene, arguments.overrides.pbrt_coats), scene, renderer, stopped, &written);
     if let Some(path) = &arguments.report {
         let result = report.to_json().map_err(|e| e.to_string());
         match result.and_then(|json| output::write_bytes(path, &json).map_err(|e| e.to_string())) {
@@ -158,8 +158,10 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
     image.metadata.placement = Some(Placement { x, y, full_width, full_height });
     let text = &mut image.metadata.text;
     text.insert("software".to_owned(), concat!("luz ", env!("CARGO_PKG_VERSION")).to_owned());
-    text.insert("samplesPerPixel".to_owned(), renderer.samples_done().to_string());
-    text.insert("seed".to_owned(), settings.seed.to_string());
+    // One comment: attributes without a place in the format's standard are written in any order, and equal pictures
+    // should be equal files.
+    let samples = renderer.samples_done();
+    text.insert("comments".to_owned(), format!("{samples} samples per pixel, seed {}", settings.seed));
     Ok(image)
 }
 

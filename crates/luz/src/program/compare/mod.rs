@@ -127,19 +127,19 @@ fn z_test(
 /// Which threshold is exceeded, in words; none if it holds.
 fn exceeded(threshold: &Threshold, mean: &Difference, z_test: Option<&ZTest>) -> Option<String> {
     let Threshold { metric, value } = *threshold;
-    let (found, is_exceeded) = match metric {
-        // Not `found > value`: what is not a number holds no threshold.
-        Metric::Mse => (mean.mse, !(mean.mse <= value)),
-        Metric::RelMse => (mean.rel_mse, !(mean.rel_mse <= value)),
-        Metric::Mae => (mean.mae, !(mean.mae <= value)),
-        Metric::Psnr => (mean.psnr, !(mean.psnr >= value)),
+    // What is not a number holds no threshold.
+    let (found, holds) = match metric {
+        Metric::Mse => (mean.mse, mean.mse <= value),
+        Metric::RelMse => (mean.rel_mse, mean.rel_mse <= value),
+        Metric::Mae => (mean.mae, mean.mae <= value),
+        Metric::Psnr => (mean.psnr, mean.psnr >= value),
         Metric::Ssim => {
             let ssim = mean.ssim.unwrap_or(f64::NAN);
-            (ssim, !(ssim >= value))
+            (ssim, ssim >= value)
         }
         Metric::ZTest => {
             let p = z_test.map_or(f64::NAN, |test| test.smallest_p);
-            (p, z_test.is_none_or(ZTest::differs))
+            (p, z_test.is_some_and(|test| !test.differs()))
         }
     };
     let (name, relation) = match metric {
@@ -147,7 +147,7 @@ fn exceeded(threshold: &Threshold, mean: &Difference, z_test: Option<&ZTest>) ->
         Metric::ZTest => ("z-test: the smallest p".to_owned(), "too small for a significance of"),
         _ => (metric.to_string(), "above"),
     };
-    is_exceeded.then(|| format!("{name} is {found:.6e}, {relation} {value}"))
+    (!holds).then(|| format!("{name} is {found:.6e}, {relation} {value}"))
 }
 
 fn write_map<'a>(
