@@ -235,14 +235,17 @@ impl<'a> Info<'a> {
         let depth = self.max_depth.map(|n| format!(", paths of up to {n} bounces")).unwrap_or_default();
         line("integrator", format!("{}{depth}", self.integrator));
         line("shapes", kinds(&self.shapes));
-        let instanced = if self.instances > 0 {
+        let instanced = if self.instanced_triangles != self.triangles {
             format!(", {} with instances", si(self.instanced_triangles as f64))
         } else {
             String::new()
         };
         line("triangles", format!("{}{instanced}", si(self.triangles as f64)));
         if self.objects > 0 {
-            line("instances", format!("{} of {} objects", self.instances, self.objects));
+            line(
+                "instances",
+                format!("{} of {} object{}", self.instances, self.objects, if self.objects == 1 { "" } else { "s" }),
+            );
         }
         line("materials", kinds(&self.materials));
         line("textures", kinds(&self.textures));

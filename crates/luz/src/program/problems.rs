@@ -82,12 +82,15 @@ impl Report {
         let includes = diagnostic.span.map(|span| locator.sources().include_chain(span.file)).unwrap_or_default();
         let includes: Vec<String> =
             includes.into_iter().map(|span| format!("included from {}", locator.place(span))).collect();
-        let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).chain(includes).collect();
+        let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).collect();
         let location = diagnostic.span.map(|span| locator.locate(span));
         // A file that is gone, or that has no line there, has nothing to show but its name.
         let (excerpt, place) = match location {
             Some(location) if location.excerpt.trim().is_empty() => (None, Some(location.file)),
-            Some(location) => (Some(Excerpt(location)), None),
+            Some(location) => {
+                let label = (!includes.is_empty()).then(|| includes.join(", "));
+                (Some(Excerpt { location, label }), None)
+            }
             None => (None, None),
         };
         let message = match place {
@@ -130,22 +133,27 @@ impl miette::Diagnostic for Report {
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_primary_with_span(None, self.excerpt.as_ref()?.marked());
+        let excerpt = self.excerpt.as_ref()?;
+        let label = LabeledSpan::new_primary_with_span(excerpt.label.clone(), excerpt.marked());
         Some(Box::new(std::iter::once(label)))
     }
 }
 
 /// The line that a diagnostic is about, without the rest of a file that may have gigabytes.
 #[derive(Debug)]
-struct Excerpt(Location);
+struct Excerpt {
+    location: Location,
+    /// What is said at the place.
+    label: Option<String>,
+}
 
 impl Excerpt {
     /// The bytes of the excerpt that are to be underlined.
     fn marked(&self) -> SourceSpan {
-        let text = &self.0.excerpt;
+        let text = &self.location.excerpt;
         let byte = |character: usize| text.char_indices().nth(character).map_or(text.len(), |(byte, _)| byte);
-        let start = byte(self.0.excerpt_start);
-        let end = byte(self.0.excerpt_start + self.0.excerpt_length);
+        let start = byte(self.location.excerpt_start);
+        let end = byte(self.location.excerpt_start + self.location.excerpt_length);
         (start, end - start).into()
     }
 }
@@ -157,7 +165,7 @@ impl SourceCode for Excerpt {
         _: usize,
         _: usize,
     ) -> Result<Box<dyn miette::SpanContents<'a> + 'a>, MietteError> {
-        let Location { file, line, column, excerpt, .. } = &self.0;
+        let Location { file, line, column, excerpt, .. } = &self.location;
         let whole = (0, excerpt.len()).into();
         let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
         Ok(Box::new(MietteSpanContents::new_named(file.clone(), excerpt.as_bytes(), whole, line, column, 1)))

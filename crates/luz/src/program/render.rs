@@ -1,6 +1,6 @@
 //! `luz render`
 
-use super::arguments::{OverrideArguments, RenderArguments};
+use super::arguments::RenderArguments;
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::output::{self, default_outputs};
@@ -27,7 +27,7 @@ fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     interrupt::install(arguments.quiet);
     start_threads(arguments)?;
     check_outputs(arguments.output.iter().map(|o| o.path.as_path()).chain(arguments.report.as_deref()))?;
-    let scene = open(&arguments.scene, &arguments.overrides, arguments.quiet)?;
+    let scene = open(arguments)?;
     let outputs = if arguments.output.is_empty() {
         let outputs = default_outputs(scene.settings.filename.as_deref(), &arguments.scene);
         check_outputs(outputs.iter().map(|o| o.path.as_path()))?;
@@ -60,7 +60,8 @@ fn check_outputs<'a>(paths: impl Iterator<Item = &'a Path>) -> Result<(), Exit> 
     if found.is_empty() { Ok(()) } else { Err(Exit::Output) }
 }
 
-fn open(path: &Path, wanted: &OverrideArguments, is_quiet: bool) -> Result<Scene, Exit> {
+fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
+    let wanted = &arguments.overrides;
     let overrides = Overrides {
         resolution: wanted.resolution.map(|r| r.0),
         crop: wanted.crop.map(|c| c.0),
@@ -73,9 +74,9 @@ fn open(path: &Path, wanted: &OverrideArguments, is_quiet: bool) -> Result<Scene
         film: wanted.film.map(Into::into),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
     };
-    let simd = SimdLevel::from(wanted.simd);
-    let scene = Scene::open_with(path, &overrides, simd).map_err(|errors| refuse(&errors))?;
-    if !is_quiet {
+    let simd = SimdLevel::from(arguments.simd);
+    let scene = Scene::open_with(&arguments.scene, &overrides, simd).map_err(|errors| refuse(&errors))?;
+    if !arguments.quiet {
         problems::print_all(&scene.diagnostics, &scene.sources);
         let used = scene.world.accelerator().simd();
         if simd != SimdLevel::Auto && simd != used {
