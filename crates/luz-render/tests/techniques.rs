@@ -13,7 +13,7 @@ fn scene(lights: &str, material: &str) -> String {
         LookAt 0 3 -6  0 0.5 0  0 1 0
         Camera "perspective" "float fov" 40
         Integrator "path" "integer maxdepth" 3
-        Sampler "sobol"
+        Sampler "independent"
         WorldBegin
         {lights}
         {material}
@@ -115,7 +115,7 @@ fn every_heuristic_has_the_same_mean() {
 fn a_two_percent_error_is_found() {
     let brightness = |scale: &str| {
         let lamp = LIGHTS[0].1.replace(r#""rgb L""#, &format!(r#""float scale" {scale} "rgb L""#));
-        mean(&render(&load(&scene(&lamp, MATERIALS[0].1), &overrides([20, 16], 128))))[1]
+        mean(&render(&load(&scene(&lamp, MATERIALS[0].1), &overrides([20, 16], 4096))))[1]
     };
     let (right, wrong) = (brightness("1"), brightness("1.02"));
     assert!((wrong.0 - right.0) / right.1.hypot(wrong.1) > 4.8);

@@ -107,7 +107,6 @@ impl Embree {
         const FLOAT3: c_uint = 0x9003;
         const ROBUST: c_uint = 1 << 2;
         type NewBuffer = unsafe extern "C" fn(Handle, c_uint, c_uint, c_uint, usize, usize) -> *mut c_void;
-        let start = std::time::Instant::now();
         // SAFETY: signatures as in rtcore_scene.h and rtcore_geometry.h; the buffers are allocated by Embree for the
         // number of items that is then copied.
         unsafe {
@@ -138,7 +137,6 @@ impl Embree {
                 scene,
                 intersect: self.function(c"rtcIntersect1")?,
                 occluded: self.function(c"rtcOccluded1")?,
-                build: start.elapsed(),
             })
         }
     }
@@ -156,7 +154,6 @@ pub struct Scene {
     scene: Handle,
     intersect: Trace,
     occluded: Trace,
-    pub build: std::time::Duration,
 }
 
 impl Scene {

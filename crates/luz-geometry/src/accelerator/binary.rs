@@ -16,13 +16,20 @@ pub(super) struct Primitive {
 }
 
 impl Primitive {
+    /// Shapes and primitives have numbers below this.
+    pub const LIMIT: u32 = (1 << 30) - 1;
     /// [`Self::shape`] of an instance.
-    pub const INSTANCE: u32 = u32::MAX;
-    /// Set in `primitive` of what is not a triangle.
+    pub const INSTANCE: u32 = Self::LIMIT;
+    /// Set in the fourth coordinates, so that, taken for numbers, they are not subnormal: arithmetic on those is slow, and
+    /// some is done on all four.
+    const NORMAL: u32 = 1 << 30;
+    /// Set in `max` of what is not a triangle.
     const OTHER: u32 = 1 << 31;
 
+    /// `shape` and `primitive` are below [`Self::LIMIT`].
     pub fn triangle(bounds: &Bounds3, shape: u32, primitive: u32) -> Self {
-        Self { min: bounds.min.extend(f32::from_bits(shape)), max: bounds.max.extend(f32::from_bits(primitive)) }
+        let word = |n: u32| f32::from_bits(n | Self::NORMAL);
+        Self { min: bounds.min.extend(word(shape)), max: bounds.max.extend(word(primitive)) }
     }
 
     pub fn other(bounds: &Bounds3, shape: u32, primitive: u32) -> Self {
@@ -30,11 +37,11 @@ impl Primitive {
     }
 
     pub fn shape(&self) -> u32 {
-        self.min.w.to_bits()
+        self.min.w.to_bits() & !Self::NORMAL
     }
 
     pub fn primitive(&self) -> u32 {
-        self.max.w.to_bits() & !Self::OTHER
+        self.max.w.to_bits() & !(Self::OTHER | Self::NORMAL)
     }
 
     pub fn is_other(&self) -> bool {
@@ -82,7 +89,7 @@ pub(super) struct Weight(u64);
 
 impl Weight {
     /// Cost of testing one node, relative to that of one packet of triangles.
-    pub const NODE_COST: f32 = 1.0;
+    pub const NODE_COST: f32 = 0.7;
     /// Cost of one primitive that is not a triangle, relative to that of one packet of triangles.
     const OTHER_COST: f32 = 2.0;
 
@@ -223,10 +230,18 @@ impl<const B: usize> Binning<B> {
         Self { from: extent.centroid_min, scale: Vec4::from_array(scale) }
     }
 
+    /// The bins, plus 2²³: there the spacing of `f32` is one, so that the sum is rounded to a whole number, which stands
+    /// in its low bits.
+    #[inline(always)]
+    fn place(&self, p: &Primitive) -> Vec4 {
+        (p.centroid() - self.from) * self.scale + Vec4::splat(Self::BASE)
+    }
+
+    const BASE: f32 = (1 << 23) as f32;
+
     #[inline(always)]
     fn bins(&self, p: &Primitive) -> [usize; 3] {
-        // At 2²³ the spacing of f32 is one: the sum's low bits are the rounded number.
-        let b = (p.centroid() - self.from) * self.scale + Vec4::splat((1 << 23) as f32);
+        let b = self.place(p);
         [b.x, b.y, b.z].map(|b| b.to_bits() as usize & (B - 1))
     }
 
@@ -281,32 +296,24 @@ impl<const B: usize> Binning<B> {
     }
 
     /// Cuts where it is cheapest; `None` where there is nothing to choose between.
-    fn cut(primitives: &mut [Primitive], extent: &Extent) -> Option<(usize, Extent, Extent)> {
+    fn cut(primitives: &mut [Primitive], extent: &Extent) -> Option<usize> {
         let binning = Self::new(extent);
         let (axis, bin) = binning.best_cut(&binning.fill(primitives))?;
-        let parts = partition(primitives, |p| binning.bins(p)[axis] < bin);
-        (parts.0 > 0 && parts.0 < primitives.len()).then_some(parts)
+        let mut limit = Vec4::NEG_INFINITY;
+        limit[axis] = Self::BASE + bin as f32;
+        let middle = partition(primitives, |p| binning.place(p).cmplt(limit).bitmask() != 0);
+        (middle > 0 && middle < primitives.len()).then_some(middle)
     }
 }
 
-/// Moves what belongs to the left to the front; returns how many, and the extents of both parts.
-fn partition(primitives: &mut [Primitive], goes_left: impl Fn(&Primitive) -> bool) -> (usize, Extent, Extent) {
-    let (mut left, mut right) = (Extent::EMPTY, Extent::EMPTY);
-    let (mut i, mut j) = (0, primitives.len());
-    loop {
-        while i < j && goes_left(&primitives[i]) {
-            left = left.with(&primitives[i]);
-            i += 1;
-        }
-        while i < j && !goes_left(&primitives[j - 1]) {
-            right = right.with(&primitives[j - 1]);
-            j -= 1;
-        }
-        if i >= j {
-            return (i, left, right);
-        }
-        primitives.swap(i, j - 1);
+/// Moves what belongs to the left to the front, without branches (Lomuto's scheme); returns how many.
+fn partition(primitives: &mut [Primitive], goes_left: impl Fn(&Primitive) -> bool) -> usize {
+    let mut middle = 0;
+    for i in 0..primitives.len() {
+        primitives.swap(i, middle);
+        middle += usize::from(goes_left(&primitives[middle]));
     }
+    middle
 }
 
 fn split(primitives: &mut [Primitive], first: usize, nodes: &mut [BinaryNode], extent: Extent, depth: u32) {
@@ -326,21 +333,17 @@ fn split(primitives: &mut [Primitive], first: usize, nodes: &mut [BinaryNode], e
         ..=24 => Binning::<8>::cut(primitives, &extent),
         _ => Binning::<16>::cut(primitives, &extent),
     };
-    let (middle, left_extent, right_extent) = cut.unwrap_or_else(|| {
+    let middle = cut.unwrap_or_else(|| {
         // Triangles from other things first, so that leaves are of one kind, then by halves.
-        let (triangles, left, right) = partition(primitives, |p| !p.is_other());
-        if triangles > 0 && triangles < count {
-            return (triangles, left, right);
-        }
-        let (left, right) = primitives.split_at(count / 2);
-        (count / 2, Extent::of(left), Extent::of(right))
+        let triangles = partition(primitives, |p| !p.is_other());
+        if triangles > 0 && triangles < count { triangles } else { count / 2 }
     });
 
     nodes[0].right = 2 * middle as u32;
     let (left, right) = primitives.split_at_mut(middle);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * middle - 1);
-    let mut go_left = || split(left, first, left_nodes, left_extent, depth + 1);
-    let mut go_right = || split(right, first + middle, right_nodes, right_extent, depth + 1);
+    let mut go_left = || split(left, first, left_nodes, Extent::of(left), depth + 1);
+    let mut go_right = || split(right, first + middle, right_nodes, Extent::of(right), depth + 1);
     if count >= PARALLEL {
         rayon::join(go_left, go_right);
     } else {

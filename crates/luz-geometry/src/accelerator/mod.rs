@@ -146,7 +146,7 @@ fn gather(shapes: &[Shape], ids: &[u32], skipped: &mut [usize]) -> Vec<Primitive
         let count = shape.primitive_count();
         let before = all.len();
         let one = |i: usize| {
-            shape.is_valid(i).then(|| {
+            (i < Primitive::LIMIT as usize && shape.is_valid(i)).then(|| {
                 let bounds = shape.bounds(i);
                 if is_triangle {
                     Primitive::triangle(&bounds, id, i as u32)
@@ -295,6 +295,15 @@ impl Accelerator {
     /// The density of [`Self::sample_solid_angle`] at `point`, which is what a ray from `reference` meets, in solid angle.
     pub fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
         self.shapes[point.shape as usize].pdf_solid_angle(reference, point)
+    }
+
+    /// A number that depends on every byte of the trees: the same trees have the same, different ones hardly ever.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hasher = std::hash::DefaultHasher::new();
+        for tree in &self.trees {
+            tree.hash_into(&mut hasher);
+        }
+        std::hash::Hasher::finish(&hasher)
     }
 
     /// The centre and radius of a sphere around everything.

@@ -132,7 +132,7 @@ impl TrianglePacket {
 }
 
 /// Something that is not a triangle: a primitive of another shape, or an instance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Hash)]
 pub(super) enum Other {
     Primitive { shape: u32, primitive: u32 },
     Instance(u32),
@@ -150,6 +150,15 @@ pub(super) struct Tree {
 }
 
 impl Tree {
+    /// Feeds every byte to a hasher.
+    pub fn hash_into(&self, hasher: &mut impl std::hash::Hasher) {
+        hasher.write(bytemuck::cast_slice(&self.nodes[..]));
+        hasher.write(bytemuck::cast_slice(&self.packets[..]));
+        for other in &self.others {
+            std::hash::Hash::hash(other, hasher);
+        }
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]) + size_of_val(&self.others[..])

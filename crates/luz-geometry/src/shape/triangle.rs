@@ -1,6 +1,6 @@
 //! Triangle meshes.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use luz_sample::warp::{self, SphericalTriangle};
 
 use super::{AreaSample, ParametricHit, Reference, SolidAngleSample, sample};
@@ -300,6 +300,7 @@ impl TextureMap {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
     pub origin: [f32; 3],
+    pub direction: Vec3,
     /// The axes that become x, y, z; z is where the direction is longest.
     pub axes: [usize; 3],
     pub shear: [f32; 2],
@@ -319,27 +320,34 @@ impl Shear {
             2
         };
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        Self { origin: ray.origin.to_array(), axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z]], scale: 1.0 / d[z] }
+        Self {
+            origin: ray.origin.to_array(),
+            direction: ray.direction,
+            axes: [x, y, z],
+            shear: [d[x] / d[z], d[y] / d[z]],
+            scale: 1.0 / d[z],
+        }
     }
 
-    /// The vertex in ray space.
+    /// The vertex in ray space: x, y, z, and z in units of `t`.
     #[inline(always)]
-    fn vertex(&self, p: Vec3) -> (f32, f32, f32) {
+    fn vertex(&self, p: Vec3) -> (f32, f32, f32, f32) {
         let [x, y, z] = self.axes;
         let p = p.to_array();
         let height = p[z] - self.origin[z];
         (
             (p[x] - self.origin[x]) - self.shear[0] * height,
             (p[y] - self.origin[y]) - self.shear[1] * height,
+            height,
             height * self.scale,
         )
     }
 
-    /// The hit at `0 < t ≤ t_max`, with a `t` that is certainly positive. The SIMD tests do the same arithmetic in the
+    /// The hit at `0 < t ≤ t_max`; where rounding leaves it open whether `t` is positive, `f64` decides. The SIMD tests do the same arithmetic in the
     /// same order, so that they agree to the last bit.
     #[inline]
     pub fn intersect(&self, corners: [Vec3; 3], t_max: f32) -> Option<ParametricHit> {
-        let [(x0, y0, z0), (x1, y1, z1), (x2, y2, z2)] = corners.map(|p| self.vertex(p));
+        let [(x0, y0, h0, z0), (x1, y1, h1, z1), (x2, y2, h2, z2)] = corners.map(|p| self.vertex(p));
         let (mut e0, mut e1, mut e2) = (x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1);
         if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
             return None;
@@ -360,27 +368,42 @@ impl Shear {
             [e0, e1, e2] = exact.map(|e| (e / largest) as f32);
             determinant = (e0 + e1) + e2;
         }
-        let t = ((e0 * z0 + e1 * z1) + e2 * z2) / determinant;
-        // NaN, which only overflow makes, is no hit.
-        if !(t > 0.0 && t <= t_max) {
-            return None;
-        }
+        let mut t = ((e0 * z0 + e1 * z1) + e2 * z2) / determinant;
+        let max_h = h0.abs().max(h1.abs()).max(h2.abs());
         let max_z = z0.abs().max(z1.abs()).max(z2.abs());
         let max_x = x0.abs().max(x1.abs()).max(x2.abs());
         let max_y = y0.abs().max(y1.abs()).max(y2.abs());
         let max_e = e0.abs().max(e1.abs()).max(e2.abs());
-        if t <= t_error(max_x, max_y, max_z, max_e, determinant.abs()) {
-            return None;
+        if t.abs() <= t_error(max_x, max_y, max_h, max_z, max_e, determinant.abs()) {
+            t = self.plane_distance(corners)?;
         }
-        Some((t, e1 / determinant, e2 / determinant))
+        // NaN, which only overflow makes, is no hit.
+        (t > 0.0 && t <= t_max).then_some((t, e1 / determinant, e2 / determinant))
+    }
+
+    /// Where the ray meets the plane of a triangle, in `f64`, for rays that start near it or run along it; `None` where
+    /// not even that tells whether it does, as for origins in the plane.
+    #[cold]
+    fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
+        const MARGIN: f64 = 1e-14;
+        let origin = DVec3::from_array(self.origin.map(f64::from));
+        let direction = self.direction.as_dvec3();
+        let [p0, p1, p2] = corners.map(|p| p.as_dvec3() - origin);
+        let (a, b) = (p1 - p0, p2 - p0);
+        let normal = a.cross(b);
+        let (height, slope) = (normal.dot(p0), normal.dot(direction));
+        let size = a.length() * b.length() * MARGIN;
+        (height.abs() > size * p0.length() && slope.abs() > size * direction.length())
+            .then_some((height / slope) as f32)
     }
 }
 
-/// How far `t` may be off by rounding (*Physically Based Rendering*, 4th edition, section 6.8.3).
+/// How far `t` may be off by rounding (*Physically Based Rendering*, 4th edition, section 6.8.3), from the largest
+/// absolute coordinates in ray space: heights `h` are lengths, `z` are those in units of `t`.
 #[inline(always)]
-fn t_error(max_x: f32, max_y: f32, max_z: f32, max_e: f32, determinant: f32) -> f32 {
-    let delta_x = gamma(5) * (max_x + max_z);
-    let delta_y = gamma(5) * (max_y + max_z);
+fn t_error(max_x: f32, max_y: f32, max_h: f32, max_z: f32, max_e: f32, determinant: f32) -> f32 {
+    let delta_x = gamma(5) * (max_x + max_h);
+    let delta_y = gamma(5) * (max_y + max_h);
     let delta_z = gamma(3) * max_z;
     let delta_e = 2.0 * ((gamma(2) * (max_x * max_y) + delta_y * max_x) + delta_x * max_y);
     3.0 * (((gamma(3) * max_e) * max_z + delta_e * max_z) + delta_z * max_e) / determinant

@@ -2,7 +2,7 @@
 
 use crate::sphere_map::SphereMap;
 use glam::{Vec2, Vec3};
-use luz_geometry::{AnimatedTransform, Ray};
+use luz_geometry::{AnimatedTransform, Ray, Transform};
 use luz_sample::warp;
 
 /// The projection of a camera.
@@ -124,12 +124,14 @@ impl Camera {
     pub fn ray(&self, film: Vec2, lens_u: Vec2, time_u: f32) -> Ray {
         let time = self.time(time_u);
         let (origin, direction) = self.local_ray(film, lens_u);
-        let transform = self.world_from_camera.interpolate(time);
-        Ray {
-            origin: transform.point(origin),
-            direction: transform.vector(direction).normalize(),
-            t_max: f32::INFINITY,
-            time,
+        let place = |transform: &Transform| {
+            Ray::new(transform.point(origin), transform.vector(direction).normalize(), time)
+        };
+        // A camera at rest spares the copy.
+        if self.world_from_camera.is_animated() {
+            place(&self.world_from_camera.interpolate(time))
+        } else {
+            place(self.world_from_camera.ends().0)
         }
     }
 
@@ -236,7 +238,6 @@ fn look_frame(z: Vec3) -> [Vec3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use luz_geometry::Transform;
 
     fn camera(projection: Projection, lens: Lens) -> Camera {
         Camera::new(
@@ -246,7 +247,7 @@ mod tests {
             lens,
             [0.0, 1.0],
             [200, 100],
-            AnimatedTransform::fixed(Transform::IDENTITY),
+            AnimatedTransform::new(Transform::IDENTITY, 0.0, Transform::IDENTITY, 1.0),
         )
     }
 

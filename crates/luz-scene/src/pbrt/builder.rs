@@ -216,7 +216,7 @@ impl<'a> Builder<'a> {
             return;
         }
         let path = crate::description::resolve(&self.directory, name);
-        let exists = *self.known_files.entry(name.clone()).or_insert_with(|| path.is_file());
+        let exists = *self.known_files.entry(name.clone()).or_insert_with(|| path.exists() && !path.is_dir());
         if !exists {
             let what = if path.is_dir() { "is a directory" } else { "no such file" };
             self.diagnostics.error(span, format!("cannot read `{}`: {what}", path.display()));

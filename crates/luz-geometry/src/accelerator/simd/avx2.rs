@@ -119,18 +119,20 @@ impl Kernel for Avx2 {
             let (z0, z1, z2) = (_mm_mul_ps(h0, ray.scale), _mm_mul_ps(h1, ray.scale), _mm_mul_ps(h2, ray.scale));
             let scaled = sum(_mm_mul_ps(e0, z0), _mm_mul_ps(e1, z1), _mm_mul_ps(e2, z2));
             let t = _mm_div_ps(scaled, determinant);
-            let in_range = _mm_and_ps(_mm_cmpgt_ps(t, zero), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
-            let mut mask = _mm_movemask_ps(in_range) as u32 & inside & !flat;
+            let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
+            let max_h = largest(h0, h1, h2);
+            let error = t_error(max_x, max_y, max_h, max_z, largest(e0, e1, e2), absolute(determinant));
+            let in_range = _mm_and_ps(_mm_cmpgt_ps(t, error), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
+            let near = _mm_movemask_ps(_mm_cmple_ps(absolute(t), error)) as u32;
+            let open = (flat | near) & inside;
+            let mut mask = _mm_movemask_ps(in_range) as u32 & inside & !open;
             if mask != 0 {
-                let (max_x, max_y, max_z) = (largest(x0, x1, x2), largest(y0, y1, y2), largest(z0, z1, z2));
-                let error = t_error(max_x, max_y, max_z, largest(e0, e1, e2), absolute(determinant));
-                mask &= !_mm_movemask_ps(_mm_cmple_ps(t, error)) as u32;
                 _mm_store_ps(hits.t.as_mut_ptr(), t);
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
                 _mm_store_ps(hits.v.as_mut_ptr(), _mm_div_ps(e2, determinant));
             }
-            if flat != 0 {
-                mask |= exact(ray, packet, flat, t_max, hits);
+            if open != 0 {
+                mask |= exact(&ray.exact, packet, open, t_max, hits);
             }
             mask
         }
@@ -203,14 +205,21 @@ unsafe fn largest(a: __m128, b: __m128, c: __m128) -> __m128 {
 
 /// As [`crate::shape::triangle`]'s bound of the error of `t`.
 #[inline(always)]
-unsafe fn t_error(max_x: __m128, max_y: __m128, max_z: __m128, max_e: __m128, determinant: __m128) -> __m128 {
+unsafe fn t_error(
+    max_x: __m128,
+    max_y: __m128,
+    max_h: __m128,
+    max_z: __m128,
+    max_e: __m128,
+    determinant: __m128,
+) -> __m128 {
     // SAFETY: the caller vouches for AVX2.
     unsafe {
         let gamma_2 = _mm_set1_ps(gamma(2));
         let gamma_3 = _mm_set1_ps(gamma(3));
         let gamma_5 = _mm_set1_ps(gamma(5));
-        let delta_x = _mm_mul_ps(gamma_5, _mm_add_ps(max_x, max_z));
-        let delta_y = _mm_mul_ps(gamma_5, _mm_add_ps(max_y, max_z));
+        let delta_x = _mm_mul_ps(gamma_5, _mm_add_ps(max_x, max_h));
+        let delta_y = _mm_mul_ps(gamma_5, _mm_add_ps(max_y, max_h));
         let delta_z = _mm_mul_ps(gamma_3, max_z);
         let delta_e = _mm_mul_ps(
             _mm_set1_ps(2.0),
@@ -222,13 +231,13 @@ unsafe fn t_error(max_x: __m128, max_y: __m128, max_z: __m128, max_e: __m128, de
     }
 }
 
-/// Lanes whose edge functions all vanish in `f32`, once more in `f64`.
+/// Lanes that `f32` leaves open, one by one: their edge functions all vanish, or `t` may have either sign.
 #[cold]
 #[inline(never)]
-fn exact(ray: &TriangleRay, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
+fn exact(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
     let mut mask = 0;
     for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
-        if let Some((t, u, v)) = ray.exact.intersect(packet.lane(lane), t_max) {
+        if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {
             (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
             mask |= 1 << lane;
         }
