@@ -165,10 +165,13 @@ Metrics, per channel and over all of them:
 
 The z-test divides the difference of each pixel and channel by the root of both variances. Each of the n tests has the \
 level 1 − (1 − α)^(1/n) (Šidák), so that equal means are called different with probability α (0.01, if the threshold \
-says no other). It needs the variances of the means: channels Variance.R, Variance.G and Variance.B, as luz writes \
-them, or files given by --variance-a and --variance-b.
+says no other), if pixels are normal. Pixels of few samples, or that rare paths light, are not, and their variances are \
+underestimated; tiles of 16 × 16 pixels, which are tested likewise, are more robust and see smaller biases. It needs \
+the variances of the means: channels Variance.R, Variance.G and Variance.B, as luz writes them, or files given by \
+--variance-a and --variance-b.
 
-Thresholds: mse, relmse and mae fail above their value, psnr and ssim below, z-test=α where the test finds a difference.
+Thresholds: mse, relmse and mae fail above their value, psnr and ssim below, z-test=α and tile-z-test=α where \
+the test finds a difference.
 
 Examples:
   luz compare image.exr reference.exr
@@ -196,7 +199,7 @@ pub struct CompareArguments {
     /// White, for PSNR and SSIM
     #[arg(long, value_name = "VALUE", default_value_t = 1.0, value_parser = super::values::positive_f64)]
     pub peak: f64,
-    /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim or z-test. Repeat it for several
+    /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim, z-test or tile-z-test. Repeat it for several
     #[arg(long, value_name = "METRIC=VALUE")]
     pub threshold: Vec<Threshold>,
     /// Variance of the image's means, where it has no channels for it
