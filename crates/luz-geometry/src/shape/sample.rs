@@ -67,10 +67,14 @@ impl Reference {
 
 /// The factor from area to solid angle, `d² / |cos θ|`; `None` where it is not positive and finite.
 pub(crate) fn area_to_solid_angle(reference: Vec3, position: Vec3, normal: Vec3) -> Option<f32> {
-    let to = (position - reference).as_dvec3();
+    let to = position - reference;
     let distance_squared = to.length_squared();
-    let cosine = (to.dot(normal.as_dvec3()) / distance_squared.sqrt()).abs();
-    let factor = (distance_squared / cosine) as f32;
+    let factor = if (1e-18..1e18).contains(&distance_squared) {
+        distance_squared * distance_squared.sqrt() / to.dot(normal).abs()
+    } else {
+        let to = to.as_dvec3();
+        (to.length_squared() * to.length() / to.dot(normal.as_dvec3()).abs()) as f32
+    };
     (factor > 0.0 && factor.is_finite()).then_some(factor)
 }
 

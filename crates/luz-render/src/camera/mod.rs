@@ -124,9 +124,8 @@ impl Camera {
     pub fn ray(&self, film: Vec2, lens_u: Vec2, time_u: f32) -> Ray {
         let time = self.time(time_u);
         let (origin, direction) = self.local_ray(film, lens_u);
-        let place = |transform: &Transform| {
-            Ray::new(transform.point(origin), transform.vector(direction).normalize(), time)
-        };
+        let place =
+            |transform: &Transform| Ray::new(transform.point(origin), transform.vector(direction).normalize(), time);
         // A camera at rest spares the copy.
         if self.world_from_camera.is_animated() {
             place(&self.world_from_camera.interpolate(time))
