@@ -123,7 +123,7 @@ fn refraction(context: &mut Context<'_>, entity: &Entity, name: &str) -> Refract
     let Some(parameter) = entity.parameters.get(name) else { return Refraction::Constant(1.5) };
     if !parameter.kind.is_spectrum() {
         let eta = entity.parameters.one_float(name, 1.5, context.diagnostics);
-        if !(eta > 0.0) {
+        if eta.is_nan() || eta <= 0.0 {
             let span = entity.parameters.span(name);
             context.diagnostics.error(span, format!("an index of refraction must be positive, not {eta}"));
             return Refraction::Constant(1.5);

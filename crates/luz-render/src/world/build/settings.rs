@@ -120,7 +120,7 @@ fn sensor(context: &mut Context<'_>, film: &Entity) -> (Sensor, ScaledSpectrum) 
     let diagnostics = &mut *context.diagnostics;
     let exposure =
         camera.one_float("shutterclose", 1.0, diagnostics) - camera.one_float("shutteropen", 0.0, diagnostics);
-    if !(exposure > 0.0) {
+    if exposure.is_nan() || exposure <= 0.0 {
         diagnostics.error(camera.span("shutterclose"), "the shutter closes before it opens: nothing would be exposed");
     }
     let imaging_ratio = exposure.max(0.0) * parameters.one_float("iso", 100.0, diagnostics) / 100.0;
