@@ -51,6 +51,13 @@ fn outputs_are_checked_before_the_work() {
     folder.run("render scene.pbrt").ends_with(4).complains(&["ball.exr", "it is a folder"]);
 }
 
+#[test]
+fn a_film_that_no_memory_holds_is_refused() {
+    let folder = Folder::with_scene(BALL);
+    folder.run("render scene.pbrt --resolution 65536x65536").ends_with(3).complains(&["65536×65536 pixels", "GB"]);
+    assert_eq!(folder.files(), ["scene.pbrt"]);
+}
+
 /// Scenes that are broken, odd or hostile. Each must end in a picture (0) or in a complaint about the scene (3), soon.
 #[test]
 fn nothing_in_a_scene_makes_the_program_panic() {

@@ -2,7 +2,7 @@
 
 use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
-use crate::film::{FilmKind, Filter, FilterKind, PixelBounds};
+use crate::film::{Film, FilmKind, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
 use crate::light::ScaledSpectrum;
 use crate::settings::{Crop, Overrides, Settings};
@@ -16,6 +16,8 @@ use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
 const MAX_RESOLUTION: u32 = 1 << 16;
+/// And films of more pixels, whatever memory the system promises.
+const MAX_PIXELS: usize = 1 << 30;
 
 pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Settings {
     let description = context.description;
@@ -41,6 +43,17 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
+    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(kind, bounds) {
+        let (width, height) = (bounds.width(), bounds.height());
+        let gigabytes = Film::bytes(kind, bounds) as f64 / 1e9;
+        context.diagnostics.push(
+            Diagnostic::error(
+                film.span,
+                format!("a film of {width}×{height} pixels takes {gigabytes:.0} GB, which cannot be had"),
+            )
+            .with_help("render fewer pixels, or a part of them"),
+        );
+    }
     let sampler = &description.sampler;
     let (sampler_kind, samples_per_pixel) = sampling(context, sampler, overrides);
     let option_seed = description.options.seed.map_or(0, |s| s.value);
