@@ -125,6 +125,7 @@ fn nothing_in_a_scene_makes_the_program_panic() {
         format!("{film}PixelFilter \"gaussian\" \"float sigma\" 1e-30\nWorldBegin"),
         format!("{film}Integrator \"path\" \"integer maxdepth\" -1\nWorldBegin"),
         "Sampler \"independent\" \"integer pixelsamples\" 0\nWorldBegin".to_owned(),
+        "Film \"rgb\" \"float maxcomponentvalue\" -1\nWorldBegin".to_owned(),
         "Film \"rgb\" \"float cropwindow\" [ 1 0 1 0 ] \nWorldBegin".to_owned(),
     ];
     for scene in scenes {

@@ -67,13 +67,24 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         sensor,
         color_space: spectra::color_space(film.color_space),
         white,
-        max_component: film.parameters.one_float("maxcomponentvalue", f32::INFINITY, context.diagnostics),
+        max_component: max_component(context, film),
         integrator: integrator(context, &description.integrator, overrides),
         sampler: sampler_kind,
         samples_per_pixel,
         seed: overrides.seed.unwrap_or(seed as u64),
         filename: film.parameters.string("filename", context.diagnostics).map(str::to_owned),
     }
+}
+
+fn max_component(context: &mut Context<'_>, film: &Entity) -> f32 {
+    const NAME: &str = "maxcomponentvalue";
+    let value = film.parameters.one_float(NAME, f32::INFINITY, context.diagnostics);
+    if value <= 0.0 {
+        let span = film.parameters.span(NAME);
+        context.diagnostics.error(span, format!("`{NAME}` must be positive, not {value}: nothing would be seen"));
+        return f32::INFINITY;
+    }
+    value
 }
 
 fn pixel_bounds(
