@@ -112,7 +112,7 @@ pub struct OverrideArguments {
     pub resolution: Option<Resolution>,
     /// Render a part of the frame only: x0,x1,y0,y1 from the top left corner, as fractions (none above 1) or in pixels
     /// (`0,1,0,1px` where it could be either)
-    #[arg(long, value_name = "X0,X1,Y0,Y1", visible_alias = "cropwindow", alias = "pixelbounds")]
+    #[arg(long, value_name = "X0,X1,Y0,Y1", visible_alias = "cropwindow")]
     pub crop: Option<CropArgument>,
     /// Seed of all random numbers
     #[arg(long, value_name = "N")]
