@@ -33,11 +33,8 @@ pub fn next_down(x: f32) -> f32 {
 pub fn offset_ray_origin(position: Vec3, error: Vec3, normal: Vec3, direction: Vec3) -> Vec3 {
     let distance = normal.abs().dot(error);
     let offset = if direction.dot(normal) < 0.0 { -distance * normal } else { distance * normal };
-    let away = |p: f32, o: f32| match o {
-        o if o > 0.0 => p.next_up(),
-        o if o < 0.0 => p.next_down(),
-        _ => p,
-    };
     let moved = position + offset;
-    Vec3::new(away(moved.x, offset.x), away(moved.y, offset.y), away(moved.z, offset.z))
+    // At least one unit in the last place, for |x| 2⁻²³ is never less.
+    let ulp = moved.abs() * f32::EPSILON + f32::MIN_POSITIVE;
+    moved + ulp * offset.signum()
 }

@@ -143,6 +143,7 @@ impl<'a> Renderer<'a> {
     }
 }
 
+/// What a pass does to each row.
 struct PassTask<'a> {
     world: &'a World,
     camera: &'a Camera,

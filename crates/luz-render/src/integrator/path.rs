@@ -75,8 +75,12 @@ pub struct PathCost {
 
 /// Dimensions drawn before the first bounce: wavelength (1), film (2), lens (2), time (1).
 pub const CAMERA_DIMENSIONS: u32 = 6;
-/// Dimensions of one bounce: which light (1), where on it (2), which lobe (1), direction (2), roulette (1).
-pub const BOUNCE_DIMENSIONS: u32 = 7;
+/// Dimensions of one bounce: which light and where on it (2), which lobe (1), direction (2), roulette (1).
+pub const BOUNCE_DIMENSIONS: u32 = 6;
+/// Paths shorter than this go on without roulette: what it saves early costs more in noise, stratified samples above all.
+const ROULETTE_DEPTH: u32 = 5;
+/// Even a path that has lost nothing ends at some time.
+const MAX_SURVIVAL: f32 = 0.95;
 /// How often a path may pass through surfaces that do not scatter.
 const MAX_PASSAGES: u32 = 1000;
 
@@ -142,7 +146,7 @@ impl PathIntegrator {
             }
             samples.set_dimension(CAMERA_DIMENSIONS + BOUNCE_DIMENSIONS * depth);
             depth += 1;
-            let light_u = (samples.next_1d(), samples.next_2d());
+            let light_u = samples.next_2d();
             let bsdf_u = (samples.next_1d(), samples.next_2d());
             if !world.lights().is_empty() && shading.bsdf.flags().has_non_specular() {
                 radiance += throughput
@@ -170,7 +174,8 @@ impl PathIntegrator {
             ray = Ray::new(interaction.surface.offset_origin(direction), direction, ray.time);
 
             let survival = (throughput * eta_scale).max_component();
-            if survival < 1.0 && depth > 1 {
+            if depth >= ROULETTE_DEPTH {
+                let survival = survival.min(MAX_SURVIVAL);
                 if samples.next_1d() >= survival {
                     break;
                 }
@@ -238,12 +243,15 @@ impl PathIntegrator {
         surface: &SurfacePoint,
         shading: &Shading,
         outgoing: Vec3,
-        (choice, u): (f32, Vec2),
+        u: Vec2,
         wavelengths: &Wavelengths,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
         let black = SampledSpectrum::ZERO;
-        let Some((number, probability)) = world.light_selection().sample(choice) else { return black };
+        // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
+        // stratified: the triangles of a lamp share one pattern.
+        let Some((number, probability, u_x)) = world.light_selection().sample(u.x) else { return black };
+        let u = Vec2::new(u_x, u.y);
         let light = &world.lights()[number];
         let reference = Reference::surface(surface.position, shading.frame.n);
         let Some(arriving) = light.sample(world.light_context(), &reference, u, wavelengths) else { return black };

@@ -33,13 +33,11 @@ impl LightSelection {
         Ok(Self { table, probabilities })
     }
 
-    /// A light's number and the probability of choosing it; `None` if there are no lights.
+    /// A light's number, the probability of choosing it, and a fresh number in `[0, 1)` made of what choosing has left
+    /// of `u`; `None` if there are no lights.
     #[inline]
-    pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
-        (!self.probabilities.is_empty()).then(|| {
-            let (index, probability, _) = self.table.sample(u);
-            (index, probability)
-        })
+    pub fn sample(&self, u: f32) -> Option<(usize, f32, f32)> {
+        (!self.probabilities.is_empty()).then(|| self.table.sample(u))
     }
 
     /// The probability of choosing a light.

@@ -233,6 +233,7 @@ impl Material {
     }
 
     /// The BSDF at a point; `None` where nothing scatters. Mixes have been resolved before.
+    #[inline(always)]
     pub(crate) fn bsdf(
         &self,
         textures: &Textures,

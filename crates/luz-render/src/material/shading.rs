@@ -24,7 +24,7 @@ pub struct Shading<'w> {
 impl<'w> Shading<'w> {
     /// What stands at `interaction`, seen from `outgoing`; `None` where nothing scatters. Without differentials of the
     /// ray, textures are filtered by what the camera would see there.
-    #[inline]
+    #[inline(always)]
     pub fn at(
         world: &'w World,
         camera: &Camera,
