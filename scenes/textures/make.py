@@ -72,7 +72,7 @@ def sky(size=128):
     pixels = above * (haze * (1 - mix) + blue * mix) + (1 - above) * ground
     sun = np.array([-0.62, 0.5, 0.6]) / np.linalg.norm([-0.62, 0.5, 0.6])
     toward = np.sum(direction * sun, -1, keepdims=True)
-    glow = 0.6 * np.exp((toward - 1) * 12) + 90 * np.exp((toward - 1) * 700)
+    glow = 0.6 * np.exp((toward - 1) * 12) + 300 * np.exp((toward - 1) * 700)
     return pixels + above * glow * np.array([1.0, 0.82, 0.55])
 
 

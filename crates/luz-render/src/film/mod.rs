@@ -144,7 +144,7 @@ impl PixelBounds {
 
     /// Pixels.
     pub fn area(&self) -> usize {
-        self.width() as usize * self.height() as usize
+        (self.width() as usize).saturating_mul(self.height() as usize)
     }
 }
 
@@ -175,6 +175,17 @@ impl FilmRow<'_> {
 }
 
 impl Film {
+    /// The bytes of memory that a film takes.
+    pub fn bytes(kind: FilmKind, bounds: PixelBounds) -> usize {
+        let features = if kind == FilmKind::GBuffer { size_of::<[f64; FEATURES]>() } else { 0 };
+        bounds.area().saturating_mul(size_of::<Pixel>() + features)
+    }
+
+    /// Can the memory for a film be had? (It is asked for and given back.)
+    pub fn fits_in_memory(kind: FilmKind, bounds: PixelBounds) -> bool {
+        Vec::<u8>::new().try_reserve_exact(Self::bytes(kind, bounds)).is_ok()
+    }
+
     /// A black film without samples.
     pub fn new(kind: FilmKind, bounds: PixelBounds) -> Self {
         let features = if kind == FilmKind::GBuffer { bounds.area() } else { 0 };

@@ -55,17 +55,18 @@ pub enum Command {
 }
 
 const RENDER_HELP: &str = "\
-Without -o, two files are written to the current directory, named as the scene's film says (or else as the scene):
-a linear EXR with the variance of every pixel, and beside it a tone-mapped PNG. With -o, just the files named.
+Without -o, two files are written to the current directory, named as the scene's film says (or else as the scene): a \
+linear EXR with the variance of every pixel, and beside it a tone-mapped PNG. With -o, just the files named.
 
 Ctrl-C finishes the pass, writes what has been rendered by then, and exits with code 130; a second one exits at once.
+
 Equal scene, seed and samples give equal bits, for any number of threads.
 
 Examples:
   luz render scenes/cornell-box.pbrt
   luz render scene.pbrt -o picture.png --exposure 1
   luz render scene.pbrt -o out.exr -o out.png --spp 256 --resolution 640x360
-  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report report.json";
+  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report a.json";
 
 /// `luz render`
 #[derive(Debug, Args)]
@@ -91,6 +92,9 @@ pub struct RenderArguments {
     /// Threads [default: as many as the machine has]
     #[arg(short, long, value_name = "N", alias = "nthreads")]
     pub threads: Option<NonZeroU32>,
+    /// Instruction set of ray traversal
+    #[arg(long, value_name = "SET", default_value = "auto")]
+    pub simd: SimdName,
     /// What to render otherwise than the scene says
     #[command(flatten)]
     pub overrides: OverrideArguments,
@@ -108,7 +112,7 @@ pub struct OverrideArguments {
     pub resolution: Option<Resolution>,
     /// Render a part of the frame only: x0,x1,y0,y1 from the top left corner, as fractions (none above 1) or in pixels
     /// (`0,1,0,1px` where it could be either)
-    #[arg(long, value_name = "X0,X1,Y0,Y1", visible_alias = "cropwindow", alias = "pixelbounds")]
+    #[arg(long, value_name = "X0,X1,Y0,Y1", visible_alias = "cropwindow")]
     pub crop: Option<CropArgument>,
     /// Seed of all random numbers
     #[arg(long, value_name = "N")]
@@ -131,9 +135,6 @@ pub struct OverrideArguments {
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,
-    /// Instruction set of ray traversal
-    #[arg(long, value_name = "SET", default_value = "auto")]
-    pub simd: SimdName,
 }
 
 const INFO_HELP: &str = "\
@@ -160,12 +161,17 @@ Metrics, per channel and over all of them:
   MAE     mean of |image − reference|
   PSNR    10 log₁₀(peak² / MSE) in decibels
   SSIM    structural similarity, 1 for equal images
-  z-test  do two Monte Carlo estimates have the same mean? Each pixel and channel is tested by its difference over
-          the root of both variances; the level of each of the n tests is 1 − (1 − α)^(1/n) (Šidák), so that equal
-          means are called different with probability α. Needs variances (of the means): channels Variance.R/G/B, as
-          luz writes them, or --variance-a/--variance-b
+  z-test  have two Monte Carlo estimates the same mean?
 
-Thresholds: mse, relmse, mae fail above their value; psnr, ssim below; z-test=α where the test finds a difference.
+The z-test divides the difference of each pixel and channel by the root of both variances. Each of the n tests has the \
+level 1 − (1 − α)^(1/n) (Šidák), so that equal means are called different with probability α (0.01, if the threshold \
+says no other), if pixels are normal. Pixels of few samples, or that rare paths light, are not, and their variances are \
+underestimated; tiles of 16 × 16 pixels, which are tested likewise, are more robust and see smaller biases. It needs \
+the variances of the means: channels Variance.R, Variance.G and Variance.B, as luz writes them, or files given by \
+--variance-a and --variance-b.
+
+Thresholds: mse, relmse and mae fail above their value, psnr and ssim below, z-test=α and tile-z-test=α where \
+the test finds a difference.
 
 Examples:
   luz compare image.exr reference.exr
@@ -193,7 +199,7 @@ pub struct CompareArguments {
     /// White, for PSNR and SSIM
     #[arg(long, value_name = "VALUE", default_value_t = 1.0, value_parser = super::values::positive_f64)]
     pub peak: f64,
-    /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim or z-test. Repeat it for several
+    /// Exit with code 1 beyond this: mse, relmse, mae, psnr, ssim, z-test or tile-z-test. Repeat it for several
     #[arg(long, value_name = "METRIC=VALUE")]
     pub threshold: Vec<Threshold>,
     /// Variance of the image's means, where it has no channels for it

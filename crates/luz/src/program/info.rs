@@ -9,7 +9,7 @@ use super::values::{film_name, sampler_name};
 use luz::geometry::SimdLevel;
 use luz::render::world::{self, Loaded};
 use luz::render::{Overrides, Settings};
-use luz::scene::{Description, Diagnostic, Diagnostics, Severity, ShapeEntity, SourceMap};
+use luz::scene::{Description, Diagnostic, Diagnostics, Locator, Severity, ShapeEntity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -121,8 +121,8 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
-        let place = diagnostic.span.map(|span| sources.locate(span));
+    fn new(diagnostic: &Diagnostic, locator: &mut Locator<'_>) -> Self {
+        let place = diagnostic.span.map(|span| locator.locate(span));
         Self {
             severity: diagnostic.severity.to_string(),
             message: diagnostic.message.clone(),
@@ -177,6 +177,7 @@ impl<'a> Info<'a> {
             .enumerate()
             .filter(|(index, _)| *index > 0 || all_shapes().any(|shape| shape.material == 0));
         let settings = loaded.map(|l| &l.settings);
+        let mut locator = Locator::new(&description.sources);
         Self {
             scene,
             renderable: loaded.is_some(),
@@ -205,7 +206,7 @@ impl<'a> Info<'a> {
             seconds,
             errors: diagnostics.error_count(),
             warnings: diagnostics.warning_count(),
-            problems: diagnostics.iter().map(|d| Problem::new(d, &description.sources)).collect(),
+            problems: diagnostics.iter().map(|d| Problem::new(d, &mut locator)).collect(),
         }
     }
 
@@ -234,14 +235,17 @@ impl<'a> Info<'a> {
         let depth = self.max_depth.map(|n| format!(", paths of up to {n} bounces")).unwrap_or_default();
         line("integrator", format!("{}{depth}", self.integrator));
         line("shapes", kinds(&self.shapes));
-        let instanced = if self.instances > 0 {
+        let instanced = if self.instanced_triangles != self.triangles {
             format!(", {} with instances", si(self.instanced_triangles as f64))
         } else {
             String::new()
         };
         line("triangles", format!("{}{instanced}", si(self.triangles as f64)));
         if self.objects > 0 {
-            line("instances", format!("{} of {} objects", self.instances, self.objects));
+            line(
+                "instances",
+                format!("{} of {} object{}", self.instances, self.objects, if self.objects == 1 { "" } else { "s" }),
+            );
         }
         line("materials", kinds(&self.materials));
         line("textures", kinds(&self.textures));

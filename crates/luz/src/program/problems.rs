@@ -54,8 +54,9 @@ pub fn count(diagnostics: &Diagnostics) -> String {
 fn render(diagnostics: &Diagnostics, sources: &SourceMap, theme: &GraphicalTheme) -> String {
     let handler = GraphicalReportHandler::new_themed(theme.clone()).with_width(120).with_context_lines(0);
     let mut out = String::new();
+    let mut locator = Locator::new(sources);
     for diagnostic in diagnostics {
-        let report = Report::new(diagnostic, sources);
+        let report = Report::new(diagnostic, &mut locator);
         if handler.render_report(&mut out, &report).is_err() {
             out += &diagnostic.render(sources);
         }
@@ -76,17 +77,20 @@ struct Report {
 }
 
 impl Report {
-    fn new(diagnostic: &Diagnostic, sources: &SourceMap) -> Self {
-        let notes = diagnostic.notes.iter().map(|note| note_text(note, sources));
-        let includes = diagnostic.span.map(|span| sources.include_chain(span.file)).unwrap_or_default();
-        let mut locator = Locator::new(sources);
-        let includes = includes.into_iter().map(|span| format!("included from {}", locator.place(span)));
-        let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).chain(includes).collect();
-        let location = diagnostic.span.map(|span| sources.locate(span));
+    fn new(diagnostic: &Diagnostic, locator: &mut Locator<'_>) -> Self {
+        let notes: Vec<String> = diagnostic.notes.iter().map(|note| note_text(note, locator)).collect();
+        let includes = diagnostic.span.map(|span| locator.sources().include_chain(span.file)).unwrap_or_default();
+        let includes: Vec<String> =
+            includes.into_iter().map(|span| format!("included from {}", locator.place(span))).collect();
+        let help: Vec<String> = diagnostic.help.iter().cloned().chain(notes).collect();
+        let location = diagnostic.span.map(|span| locator.locate(span));
         // A file that is gone, or that has no line there, has nothing to show but its name.
         let (excerpt, place) = match location {
             Some(location) if location.excerpt.trim().is_empty() => (None, Some(location.file)),
-            Some(location) => (Some(Excerpt(location)), None),
+            Some(location) => {
+                let label = (!includes.is_empty()).then(|| includes.join(", "));
+                (Some(Excerpt { location, label }), None)
+            }
             None => (None, None),
         };
         let message = match place {
@@ -97,9 +101,9 @@ impl Report {
     }
 }
 
-fn note_text(note: &Note, sources: &SourceMap) -> String {
+fn note_text(note: &Note, locator: &mut Locator<'_>) -> String {
     match note.span {
-        Some(span) => format!("{}: {}", Locator::new(sources).place(span), note.message),
+        Some(span) => format!("{}: {}", locator.place(span), note.message),
         None => note.message.clone(),
     }
 }
@@ -129,22 +133,27 @@ impl miette::Diagnostic for Report {
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_primary_with_span(None, self.excerpt.as_ref()?.marked());
+        let excerpt = self.excerpt.as_ref()?;
+        let label = LabeledSpan::new_primary_with_span(excerpt.label.clone(), excerpt.marked());
         Some(Box::new(std::iter::once(label)))
     }
 }
 
 /// The line that a diagnostic is about, without the rest of a file that may have gigabytes.
 #[derive(Debug)]
-struct Excerpt(Location);
+struct Excerpt {
+    location: Location,
+    /// What is said at the place.
+    label: Option<String>,
+}
 
 impl Excerpt {
     /// The bytes of the excerpt that are to be underlined.
     fn marked(&self) -> SourceSpan {
-        let text = &self.0.excerpt;
+        let text = &self.location.excerpt;
         let byte = |character: usize| text.char_indices().nth(character).map_or(text.len(), |(byte, _)| byte);
-        let start = byte(self.0.excerpt_start);
-        let end = byte(self.0.excerpt_start + self.0.excerpt_length);
+        let start = byte(self.location.excerpt_start);
+        let end = byte(self.location.excerpt_start + self.location.excerpt_length);
         (start, end - start).into()
     }
 }
@@ -156,7 +165,7 @@ impl SourceCode for Excerpt {
         _: usize,
         _: usize,
     ) -> Result<Box<dyn miette::SpanContents<'a> + 'a>, MietteError> {
-        let Location { file, line, column, excerpt, .. } = &self.0;
+        let Location { file, line, column, excerpt, .. } = &self.location;
         let whole = (0, excerpt.len()).into();
         let (line, column) = (line.saturating_sub(1), column.saturating_sub(1));
         Ok(Box::new(MietteSpanContents::new_named(file.clone(), excerpt.as_bytes(), whole, line, column, 1)))

@@ -1,6 +1,6 @@
 //! `luz render`
 
-use super::arguments::{OverrideArguments, RenderArguments};
+use super::arguments::RenderArguments;
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::output::{self, default_outputs};
@@ -27,7 +27,7 @@ fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     interrupt::install(arguments.quiet);
     start_threads(arguments)?;
     check_outputs(arguments.output.iter().map(|o| o.path.as_path()).chain(arguments.report.as_deref()))?;
-    let scene = open(&arguments.scene, &arguments.overrides, arguments.quiet)?;
+    let scene = open(arguments)?;
     let outputs = if arguments.output.is_empty() {
         let outputs = default_outputs(scene.settings.filename.as_deref(), &arguments.scene);
         check_outputs(outputs.iter().map(|o| o.path.as_path()))?;
@@ -60,7 +60,8 @@ fn check_outputs<'a>(paths: impl Iterator<Item = &'a Path>) -> Result<(), Exit> 
     if found.is_empty() { Ok(()) } else { Err(Exit::Output) }
 }
 
-fn open(path: &Path, wanted: &OverrideArguments, is_quiet: bool) -> Result<Scene, Exit> {
+fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
+    let wanted = &arguments.overrides;
     let overrides = Overrides {
         resolution: wanted.resolution.map(|r| r.0),
         crop: wanted.crop.map(|c| c.0),
@@ -73,9 +74,9 @@ fn open(path: &Path, wanted: &OverrideArguments, is_quiet: bool) -> Result<Scene
         film: wanted.film.map(Into::into),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
     };
-    let simd = SimdLevel::from(wanted.simd);
-    let scene = Scene::open_with(path, &overrides, simd).map_err(|errors| refuse(&errors))?;
-    if !is_quiet {
+    let simd = SimdLevel::from(arguments.simd);
+    let scene = Scene::open_with(&arguments.scene, &overrides, simd).map_err(|errors| refuse(&errors))?;
+    if !arguments.quiet {
         problems::print_all(&scene.diagnostics, &scene.sources);
         let used = scene.world.accelerator().simd();
         if simd != SimdLevel::Auto && simd != used {
@@ -131,7 +132,7 @@ fn write(
             }
         }
     }
-    let report = Report::new(&arguments.scene, scene, renderer, stopped, &written);
+    let report = Report::new((&arguments.scene, arguments.overrides.pbrt_coats), scene, renderer, stopped, &written);
     if let Some(path) = &arguments.report {
         let result = report.to_json().map_err(|e| e.to_string());
         match result.and_then(|json| output::write_bytes(path, &json).map_err(|e| e.to_string())) {
@@ -158,8 +159,10 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
     image.metadata.placement = Some(Placement { x, y, full_width, full_height });
     let text = &mut image.metadata.text;
     text.insert("software".to_owned(), concat!("luz ", env!("CARGO_PKG_VERSION")).to_owned());
-    text.insert("samplesPerPixel".to_owned(), renderer.samples_done().to_string());
-    text.insert("seed".to_owned(), settings.seed.to_string());
+    // One comment: attributes without a place in the format's standard are written in any order, and equal pictures
+    // should be equal files.
+    let samples = renderer.samples_done();
+    text.insert("comments".to_owned(), format!("{samples} samples per pixel, seed {}", settings.seed));
     Ok(image)
 }
 

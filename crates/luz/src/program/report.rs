@@ -66,6 +66,8 @@ pub struct SettingsReport {
     pub sampler: &'static str,
     pub samples_per_pixel: u32,
     pub seed: u64,
+    /// Were coats weighed as in pbrt-v4?
+    pub pbrt_coats: bool,
 }
 
 /// Wall-clock seconds.
@@ -86,7 +88,7 @@ pub struct DroppedSamples {
 impl<'a> Report<'a> {
     /// The report of a render.
     pub fn new(
-        path: &'a Path,
+        (path, pbrt_coats): (&'a Path, bool),
         scene: &'a Scene,
         renderer: &Renderer<'_>,
         stopped: Stopped,
@@ -112,6 +114,7 @@ impl<'a> Report<'a> {
                 sampler: sampler_name(settings.sampler),
                 samples_per_pixel: settings.samples_per_pixel,
                 seed: settings.seed,
+                pbrt_coats,
             },
             samples: renderer.samples_done(),
             seconds: Seconds { load: scene.times.read, build: scene.times.build, render: seconds },

@@ -132,18 +132,21 @@ pub enum Metric {
     Psnr,
     /// Structural similarity.
     Ssim,
-    /// The family-wise significance of the z-test.
+    /// The significance of the z-tests of all pixels together.
     ZTest,
+    /// The significance of the z-tests of all tiles together.
+    TileZTest,
 }
 
 impl Metric {
-    const ALL: [(&'static str, Self); 6] = [
+    const ALL: [(&'static str, Self); 7] = [
         ("mse", Self::Mse),
         ("relmse", Self::RelMse),
         ("mae", Self::Mae),
         ("psnr", Self::Psnr),
         ("ssim", Self::Ssim),
         ("z-test", Self::ZTest),
+        ("tile-z-test", Self::TileZTest),
     ];
 }
 
@@ -174,7 +177,7 @@ impl FromStr for Threshold {
             format!("no metric is called `{name}`; known are {}", names.join(", "))
         })?;
         match value.trim().parse::<f64>() {
-            Ok(value) if metric == Metric::ZTest && !(value > 0.0 && value < 1.0) => {
+            Ok(value) if matches!(metric, Metric::ZTest | Metric::TileZTest) && !(value > 0.0 && value < 1.0) => {
                 Err("a significance lies within 0 and 1, exclusively".to_owned())
             }
             Ok(value) if value.is_finite() => Ok(Self { metric, value }),

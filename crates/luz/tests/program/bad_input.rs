@@ -15,8 +15,8 @@ fn all_missing_files_are_listed_at_once_and_nothing_is_written() {
         "missing.ply",
         "missing.exr",
         "missing.pbrt",
-        "scene.pbrt:20:",
-        "scene.pbrt:24:",
+        "scene.pbrt:18:",
+        "scene.pbrt:22:",
     ]);
     assert_eq!(folder.files(), ["scene.pbrt"]);
 }
@@ -49,6 +49,13 @@ fn outputs_are_checked_before_the_work() {
     ]);
     std::fs::create_dir(folder.path().join("ball.exr")).unwrap();
     folder.run("render scene.pbrt").ends_with(4).complains(&["ball.exr", "it is a folder"]);
+}
+
+#[test]
+fn a_film_that_no_memory_holds_is_refused() {
+    let folder = Folder::with_scene(BALL);
+    folder.run("render scene.pbrt --resolution 65536x65536").ends_with(3).complains(&["65536×65536 pixels", "GB"]);
+    assert_eq!(folder.files(), ["scene.pbrt"]);
 }
 
 /// Scenes that are broken, odd or hostile. Each must end in a picture (0) or in a complaint about the scene (3), soon.
@@ -106,8 +113,8 @@ fn nothing_in_a_scene_makes_the_program_panic() {
         lamp(&triangle("nan 0 5  1 0 5  0 1 5")),
         lamp("Scale 1e-25 1e-25 1e-25 Shape \"sphere\""),
         lamp("Shape \"sphere\" \"float radius\" 1e20"),
-        format!("Film \"rgb\" \"integer xresolution\" -5\nWorldBegin"),
-        format!("Film \"rgb\" \"integer xresolution\" 2000000000 \"integer yresolution\" 2000000000\nWorldBegin"),
+        "Film \"rgb\" \"integer xresolution\" -5\nWorldBegin".to_owned(),
+        "Film \"rgb\" \"integer xresolution\" 2000000000 \"integer yresolution\" 2000000000\nWorldBegin".to_owned(),
         format!("{film}Camera \"perspective\" \"float fov\" 0\nWorldBegin"),
         format!("{film}Camera \"perspective\" \"float fov\" 180\nWorldBegin"),
         format!("{film}Camera \"perspective\" \"float lensradius\" 1e30 \"float focaldistance\" 0\nWorldBegin"),
@@ -118,6 +125,7 @@ fn nothing_in_a_scene_makes_the_program_panic() {
         format!("{film}PixelFilter \"gaussian\" \"float sigma\" 1e-30\nWorldBegin"),
         format!("{film}Integrator \"path\" \"integer maxdepth\" -1\nWorldBegin"),
         "Sampler \"independent\" \"integer pixelsamples\" 0\nWorldBegin".to_owned(),
+        "Film \"rgb\" \"float maxcomponentvalue\" -1\nWorldBegin".to_owned(),
         "Film \"rgb\" \"float cropwindow\" [ 1 0 1 0 ] \nWorldBegin".to_owned(),
     ];
     for scene in scenes {

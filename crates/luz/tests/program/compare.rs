@@ -83,8 +83,10 @@ fn renderings_of_one_scene_pass_the_z_test_and_those_of_another_fail() {
     folder.run(&format!("render scene.pbrt -o a.exr --seed 1 {options}")).ends_with(0);
     folder.run(&format!("render scene.pbrt -o b.exr --seed 2 {options}")).ends_with(0);
     folder.run(&format!("render other.pbrt -o c.exr --seed 3 {options}")).ends_with(0);
-    let said = folder.run("compare a.exr b.exr --threshold z-test=0.001").ends_with(0).stdout;
+    let said =
+        folder.run("compare a.exr b.exr --threshold z-test=0.001 --threshold tile-z-test=0.001").ends_with(0).stdout;
     assert!(said.contains("no difference found"), "{said}");
     let said = folder.run("compare a.exr c.exr --threshold z-test=0.001").ends_with(1).stdout;
     assert!(said.contains("the means differ"), "{said}");
+    folder.run("compare a.exr c.exr --threshold tile-z-test=0.001").ends_with(1);
 }

@@ -16,11 +16,14 @@ fn a_scene_becomes_an_exr_and_a_png_beside_it() {
     assert!(exr.data().iter().all(|v| v.is_finite()));
     let png = folder.image("ball.png");
     assert_eq!((png.width(), png.height()), (16, 12));
-    // The sky is as bright as the scene says, in both.
-    let [r, g, b] = exr.rgb().unwrap();
-    let sky = exr.pixel(0, 0);
-    assert!((sky[r] - 0.6).abs() < 0.02 && (sky[g] - 0.7).abs() < 0.02 && (sky[b] - 0.8).abs() < 0.02, "{sky:?}");
-    assert!(png.pixel(0, 0).iter().zip([0.6, 0.7, 0.8]).all(|(v, e)| (v - e).abs() < 0.03), "{:?}", png.pixel(0, 0));
+    // The sky, which the top row shows, is as bright as the scene says, in both. (Its mean over 64 samples has a
+    // standard error of 0.008 in blue.)
+    let sky = |image: &luz::image::Image, channel| (0..16).map(|x| image.pixel(x, 0)[channel]).sum::<f32>() / 16.0;
+    for (image, tolerance) in [(&exr, 0.03), (&png, 0.035)] {
+        for (channel, expected) in image.rgb().unwrap().into_iter().zip([0.6, 0.7, 0.8]) {
+            assert!((sky(image, channel) - expected).abs() < tolerance, "{}", sky(image, channel));
+        }
+    }
 }
 
 #[test]

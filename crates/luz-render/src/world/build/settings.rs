@@ -2,7 +2,7 @@
 
 use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
-use crate::film::{FilmKind, Filter, FilterKind, PixelBounds};
+use crate::film::{Film, FilmKind, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
 use crate::light::ScaledSpectrum;
 use crate::settings::{Crop, Overrides, Settings};
@@ -16,6 +16,8 @@ use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
 const MAX_RESOLUTION: u32 = 1 << 16;
+/// And films of more pixels, whatever memory the system promises.
+const MAX_PIXELS: usize = 1 << 30;
 
 pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Settings {
     let description = context.description;
@@ -41,6 +43,17 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
+    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(kind, bounds) {
+        let (width, height) = (bounds.width(), bounds.height());
+        let gigabytes = Film::bytes(kind, bounds) as f64 / 1e9;
+        context.diagnostics.push(
+            Diagnostic::error(
+                film.span,
+                format!("a film of {width}×{height} pixels takes {gigabytes:.0} GB, which cannot be had"),
+            )
+            .with_help("render fewer pixels, or a part of them"),
+        );
+    }
     let sampler = &description.sampler;
     let (sampler_kind, samples_per_pixel) = sampling(context, sampler, overrides);
     let option_seed = description.options.seed.map_or(0, |s| s.value);
@@ -54,13 +67,24 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         sensor,
         color_space: spectra::color_space(film.color_space),
         white,
-        max_component: film.parameters.one_float("maxcomponentvalue", f32::INFINITY, context.diagnostics),
+        max_component: max_component(context, film),
         integrator: integrator(context, &description.integrator, overrides),
         sampler: sampler_kind,
         samples_per_pixel,
         seed: overrides.seed.unwrap_or(seed as u64),
         filename: film.parameters.string("filename", context.diagnostics).map(str::to_owned),
     }
+}
+
+fn max_component(context: &mut Context<'_>, film: &Entity) -> f32 {
+    const NAME: &str = "maxcomponentvalue";
+    let value = film.parameters.one_float(NAME, f32::INFINITY, context.diagnostics);
+    if value <= 0.0 {
+        let span = film.parameters.span(NAME);
+        context.diagnostics.error(span, format!("`{NAME}` must be positive, not {value}: nothing would be seen"));
+        return f32::INFINITY;
+    }
+    value
 }
 
 fn pixel_bounds(

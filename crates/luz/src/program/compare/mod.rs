@@ -12,7 +12,7 @@ use luz::image::{Format, Image, ImageError, ToneMap};
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
-use z_test::{Estimate, SIGNIFICANCE, ZTest};
+use z_test::{Estimate, SIGNIFICANCE, TILE, ZTest};
 
 /// Compares an image with a reference.
 pub fn run(arguments: &CompareArguments) -> Exit {
@@ -28,9 +28,17 @@ struct Report<'a> {
     reference: &'a Path,
     #[serde(flatten)]
     comparison: &'a Comparison,
-    z_test: Option<ZTest>,
+    z_test: Option<ZTests>,
     error_map: Option<MapReport<'a>>,
     failed: Vec<String>,
+}
+
+/// Tests at two scales.
+#[derive(Clone, Copy, Serialize)]
+struct ZTests {
+    pixels: ZTest,
+    /// Of [`TILE`]² pixels each.
+    tiles: ZTest,
 }
 
 /// What the colours of the error map mean.
@@ -99,7 +107,7 @@ fn z_test(
     arguments: &CompareArguments,
     images: [&Image; 2],
     variances: [Option<&Image>; 2],
-) -> Result<Option<ZTest>, Exit> {
+) -> Result<Option<ZTests>, Exit> {
     let size = |image: &Image| (image.width(), image.height());
     for (variance, image) in variances.into_iter().zip(images) {
         if let Some(variance) = variance.filter(|v| size(v) != size(image)) {
@@ -108,13 +116,18 @@ fn z_test(
             return Err(Exit::Image);
         }
     }
-    let wanted = arguments.threshold.iter().find(|t| t.metric == Metric::ZTest);
-    let significance = wanted.map_or(SIGNIFICANCE, |t| t.value);
+    let wanted = |metric| arguments.threshold.iter().find(|t| t.metric == metric);
+    let significance = |metric| wanted(metric).map_or(SIGNIFICANCE, |t| t.value);
     let [a, b] = [0, 1].map(|i| Estimate::of(images[i], variances[i]));
     if let (Some(a), Some(b)) = (a, b) {
-        return Ok(Some(ZTest::new(&a, &b, significance)));
+        let width = images[0].width();
+        return Ok(Some(ZTests {
+            pixels: ZTest::new(&a, &b, significance(Metric::ZTest)),
+            tiles: ZTest::new(&a.tiles(width), &b.tiles(width), significance(Metric::TileZTest)),
+        }));
     }
-    if wanted.is_some() || variances.iter().any(Option::is_some) {
+    let is_wanted = wanted(Metric::ZTest).or(wanted(Metric::TileZTest)).is_some();
+    if is_wanted || variances.iter().any(Option::is_some) {
         problems::error(
             "a z-test needs colours and variances of both images: channels Variance.R, Variance.G, Variance.B, \
              or files given by --variance-a and --variance-b",
@@ -125,29 +138,29 @@ fn z_test(
 }
 
 /// Which threshold is exceeded, in words; none if it holds.
-fn exceeded(threshold: &Threshold, mean: &Difference, z_test: Option<&ZTest>) -> Option<String> {
+fn exceeded(threshold: &Threshold, mean: &Difference, z_tests: Option<&ZTests>) -> Option<String> {
     let Threshold { metric, value } = *threshold;
-    let (found, is_exceeded) = match metric {
-        // Not `found > value`: what is not a number holds no threshold.
-        Metric::Mse => (mean.mse, !(mean.mse <= value)),
-        Metric::RelMse => (mean.rel_mse, !(mean.rel_mse <= value)),
-        Metric::Mae => (mean.mae, !(mean.mae <= value)),
-        Metric::Psnr => (mean.psnr, !(mean.psnr >= value)),
+    // What is not a number holds no threshold.
+    let (found, holds) = match metric {
+        Metric::Mse => (mean.mse, mean.mse <= value),
+        Metric::RelMse => (mean.rel_mse, mean.rel_mse <= value),
+        Metric::Mae => (mean.mae, mean.mae <= value),
+        Metric::Psnr => (mean.psnr, mean.psnr >= value),
         Metric::Ssim => {
             let ssim = mean.ssim.unwrap_or(f64::NAN);
-            (ssim, !(ssim >= value))
+            (ssim, ssim >= value)
         }
-        Metric::ZTest => {
-            let p = z_test.map_or(f64::NAN, |test| test.smallest_p);
-            (p, z_test.is_none_or(ZTest::differs))
+        Metric::ZTest | Metric::TileZTest => {
+            let test = z_tests.map(|tests| if metric == Metric::ZTest { tests.pixels } else { tests.tiles });
+            (test.map_or(f64::NAN, |test| test.smallest_p), test.is_some_and(|test| !test.differs()))
         }
     };
     let (name, relation) = match metric {
         Metric::Psnr | Metric::Ssim => (metric.to_string(), "below"),
-        Metric::ZTest => ("z-test: the smallest p".to_owned(), "too small for a significance of"),
+        Metric::ZTest | Metric::TileZTest => (format!("{metric}: the smallest p"), "too small for a significance of"),
         _ => (metric.to_string(), "above"),
     };
-    is_exceeded.then(|| format!("{name} is {found:.6e}, {relation} {value}"))
+    (!holds).then(|| format!("{name} is {found:.6e}, {relation} {value}"))
 }
 
 fn write_map<'a>(
@@ -218,20 +231,10 @@ fn to_text(report: &Report<'_>) -> String {
     if skipped > 0 {
         let _ = writeln!(out, "left out: {skipped} pixels with values that are not finite");
     }
-    if let Some(test) = &report.z_test {
-        let verdict = if test.differs() { "the means differ" } else { "no difference found" };
-        let _ = writeln!(
-            out,
-            "z-test   {verdict}: {} of {} tests fail at a level of {:.2e} (significance {} over all); smallest p {:.2e}",
-            test.rejected, test.tests, test.level, test.significance, test.smallest_p
-        );
-        let _ = writeln!(
-            out,
-            "         mean z² {:.3} (1 if all is well); pictures' means differ by z = {:.2}{}",
-            test.mean_square_z,
-            test.mean_z,
-            if test.untested > 0 { format!("; {} not tested: not finite", test.untested) } else { String::new() }
-        );
+    if let Some(ZTests { pixels, tiles }) = &report.z_test {
+        z_test_lines(&mut out, "z-test", "pixels", pixels);
+        z_test_lines(&mut out, "", &format!("tiles of {TILE} × {TILE}"), tiles);
+        let _ = writeln!(out, "         the pictures' means differ by z = {:.2}", pixels.mean_z);
     }
     if let Some(map) = &report.error_map {
         let scale =
@@ -242,4 +245,16 @@ fn to_text(report: &Report<'_>) -> String {
         let _ = writeln!(out, "differs: {failure}");
     }
     out
+}
+
+fn z_test_lines(out: &mut String, name: &str, what: &str, test: &ZTest) {
+    let verdict = if test.differs() { "the means differ" } else { "no difference found" };
+    let untested =
+        if test.untested > 0 { format!("; {} not tested: not finite", test.untested) } else { String::new() };
+    let _ = writeln!(
+        out,
+        "{name:<9}{what}: {verdict}; {} of {} tests fail at a level of {:.2e} (significance {} over all), smallest p \
+         {:.2e}, mean z² {:.3}{untested}",
+        test.rejected, test.tests, test.level, test.significance, test.smallest_p, test.mean_square_z
+    );
 }

@@ -10,6 +10,9 @@ pub const SIGNIFICANCE: f64 = 0.01;
 /// Rounding to `f32` files adds this to the standard error, relative to a value: half a unit in the last place.
 const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
 
+/// Side of the tiles, in pixels, over which means are tested, too.
+pub const TILE: usize = 16;
+
 /// A picture's means and the variances of those means, three channels per pixel.
 pub struct Estimate {
     /// R, G, B of every pixel.
@@ -33,6 +36,28 @@ impl Estimate {
     }
 }
 
+impl Estimate {
+    /// The means over tiles of [`TILE`]² pixels (fewer at the right and lower edges), pixels taken as independent. Sums of
+    /// many samples are nearer to normal than pixels are, and small biases are seen in them.
+    pub fn tiles(&self, width: usize) -> Self {
+        let height = self.mean.len() / 3 / width.max(1);
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let mut sums = vec![[0.0f64; 3]; columns * rows * 3];
+        for (i, (&mean, &variance)) in self.mean.iter().zip(&self.variance).enumerate() {
+            let (pixel, channel) = (i / 3, i % 3);
+            let tile = pixel / width / TILE * columns + pixel % width / TILE;
+            let [means, variances, count] = &mut sums[3 * tile + channel];
+            *means += f64::from(mean);
+            *variances += f64::from(variance);
+            *count += 1.0;
+        }
+        Self {
+            mean: sums.iter().map(|[means, _, n]| (means / n) as f32).collect(),
+            variance: sums.iter().map(|[_, variances, n]| (variances / (n * n)) as f32).collect(),
+        }
+    }
+}
+
 fn channels(image: &Image, which: [usize; 3]) -> Vec<f32> {
     image.data().chunks_exact(image.channel_count()).flat_map(|pixel| which.map(|c| pixel[c])).collect()
 }
@@ -40,7 +65,7 @@ fn channels(image: &Image, which: [usize; 3]) -> Vec<f32> {
 /// The outcome of the test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ZTest {
-    /// One for every pixel and channel.
+    /// One for every pixel (or tile) and channel.
     pub tests: usize,
     /// The probability that any test fails although all means are equal.
     pub significance: f64,
@@ -130,6 +155,28 @@ mod tests {
         assert!(ZTest::new(&noisy(1.0, 0.1, 1), &wrong, 0.01).differs());
         // A bias of one standard deviation is seen in the picture's mean.
         assert!(ZTest::new(&noisy(1.1, 0.1, 1), &noisy(1.0, 0.1, 2), 0.01).mean_z > 50.0);
+    }
+
+    #[test]
+    fn tiles_show_a_bias_that_pixels_hide() {
+        // 4096 pixels of 3 channels: 64 × 64. A bias of a fifth of the standard deviation of a difference.
+        let (a, b) = (noisy(1.028, 0.1, 1), noisy(1.0, 0.1, 2));
+        assert!(!ZTest::new(&a, &b, 0.01).differs());
+        assert!(ZTest::new(&a.tiles(64), &b.tiles(64), 0.01).differs());
+        let (a, b) = (noisy(1.0, 0.1, 1), noisy(1.0, 0.1, 2));
+        let tiles = ZTest::new(&a.tiles(64), &b.tiles(64), 0.01);
+        assert_eq!(tiles.tests, 3 * 16);
+        assert!(!tiles.differs(), "{tiles:?}");
+    }
+
+    #[test]
+    fn tiles_at_the_edges_are_means_of_what_there_is() {
+        // 17 × 2 pixels: a tile of 16 × 2 and one of 1 × 2.
+        let mean: Vec<f32> = (0..17 * 2 * 3).map(|i| if (i / 3) % 17 == 16 { 5.0 } else { 1.0 }).collect();
+        let estimate = Estimate { variance: vec![0.5; mean.len()], mean };
+        let tiles = estimate.tiles(17);
+        assert_eq!(tiles.mean, [1.0, 1.0, 1.0, 5.0, 5.0, 5.0]);
+        assert_eq!(tiles.variance, [0.5 / 32.0, 0.5 / 32.0, 0.5 / 32.0, 0.25, 0.25, 0.25]);
     }
 
     #[test]
