@@ -316,6 +316,26 @@ fn partition(primitives: &mut [Primitive], goes_left: impl Fn(&Primitive) -> boo
     middle
 }
 
+/// Cuts the triangles of one packet in two where that pays: where their boxes together are much smaller than the box
+/// around all, as for two walls of a room. Reorders them; returns how many go left.
+fn worthwhile_halves(primitives: &mut [Primitive], extent: &Extent) -> Option<usize> {
+    /// The largest share of the area that the two halves may have.
+    const SHARE: f32 = 0.9;
+    let size = (extent.centroid_max - extent.centroid_min).truncate();
+    let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b]))?;
+    let middle = 0.5 * (extent.centroid_min[axis] + extent.centroid_max[axis]);
+    let left = partition(primitives, |p| p.centroid()[axis] < middle);
+    if left == 0 || left == primitives.len() {
+        return None;
+    }
+    let area = |part: &[Primitive]| {
+        let part = Extent::of(part);
+        half_area(part.min, part.max)
+    };
+    let halves = area(&primitives[..left]) + area(&primitives[left..]);
+    (halves < SHARE * half_area(extent.min, extent.max)).then_some(left)
+}
+
 fn split(primitives: &mut [Primitive], first: usize, nodes: &mut [BinaryNode], extent: Extent, depth: u32) {
     let count = primitives.len();
     nodes[0] = BinaryNode {
@@ -325,10 +345,13 @@ fn split(primitives: &mut [Primitive], first: usize, nodes: &mut [BinaryNode], e
         count: count as u32,
         right: 0,
     };
-    if count == 1 || count <= LANES && primitives.iter().all(|p| !p.is_other()) {
+    let is_packet = count <= LANES && primitives.iter().all(|p| !p.is_other());
+    let halves = if is_packet { worthwhile_halves(primitives, &extent) } else { None };
+    if count == 1 || is_packet && (halves.is_none() || depth >= HEURISTIC_DEPTH) {
         return;
     }
     let cut = match count {
+        _ if halves.is_some() => halves,
         _ if depth >= HEURISTIC_DEPTH => None,
         ..=24 => Binning::<8>::cut(primitives, &extent),
         _ => Binning::<16>::cut(primitives, &extent),
