@@ -6,7 +6,7 @@
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
 use crate::film::Features;
-use crate::light::{AreaLight, emitted_radiance};
+use crate::light::{AreaLight, EmittedSpectrum, LightContext};
 use crate::material::Shading;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
@@ -106,6 +106,8 @@ impl PathIntegrator {
         mut features: Option<&mut FeatureSink<'_>>,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
+        let emitted = EmittedSpectrum::default();
+        let lights = world.light_context(&emitted);
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
         let mut eta_scale = 1.0;
@@ -115,11 +117,12 @@ impl PathIntegrator {
         let mut has_scattered = false;
         loop {
             cost.rays += 1;
-            let Some(interaction) = world.intersect(&ray) else {
+            let Some(hit) = world.intersect(&ray) else {
                 radiance += throughput * self.infinite_light(world, &departure, ray.direction, wavelengths);
                 break;
             };
-            radiance += throughput * self.emission_at(world, &departure, &ray, &interaction, wavelengths);
+            let interaction = world.interaction(&ray, &hit);
+            radiance += throughput * self.emission_at(world, lights, &departure, &ray, &interaction, wavelengths);
             if depth == self.max_depth && features.is_none() {
                 break;
             }
@@ -150,7 +153,16 @@ impl PathIntegrator {
             let bsdf_u = (samples.next_1d(), samples.next_2d());
             if !world.lights().is_empty() && shading.bsdf.flags().has_non_specular() {
                 radiance += throughput
-                    * self.direct_light(world, &interaction.surface, &shading, outgoing, light_u, wavelengths, cost);
+                    * self.direct_light(
+                        world,
+                        lights,
+                        &interaction.surface,
+                        &shading,
+                        outgoing,
+                        light_u,
+                        wavelengths,
+                        cost,
+                    );
             }
 
             let wo = shading.frame.to_local(outgoing);
@@ -218,6 +230,7 @@ impl PathIntegrator {
     fn emission_at(
         &self,
         world: &World,
+        lights: LightContext<'_>,
         departure: &Departure,
         ray: &Ray,
         interaction: &Interaction,
@@ -225,13 +238,13 @@ impl PathIntegrator {
     ) -> SampledSpectrum {
         let Some(number) = interaction.light else { return SampledSpectrum::ZERO };
         let Some(light) = world.area_light(number) else { return SampledSpectrum::ZERO };
-        let emitted = emitted_radiance(&world.emissions, light, &interaction.surface, -ray.direction, wavelengths);
+        let surface = &interaction.surface;
+        let emitted = lights.radiance(light, surface.geometric_normal, surface.uv, -ray.direction, wavelengths);
         if emitted.is_black() {
             return emitted;
         }
         let weight = self.bsdf_weight(departure, || {
-            world.light_selection().probability(number as usize)
-                * AreaLight::pdf(world.light_context(), &departure.reference, &interaction.surface)
+            world.light_selection().probability(number as usize) * AreaLight::pdf(lights, &departure.reference, surface)
         });
         emitted * weight
     }
@@ -240,6 +253,7 @@ impl PathIntegrator {
     fn direct_light(
         &self,
         world: &World,
+        lights: LightContext<'_>,
         surface: &SurfacePoint,
         shading: &Shading,
         outgoing: Vec3,
@@ -254,7 +268,7 @@ impl PathIntegrator {
         let u = Vec2::new(u_x, u.y);
         let light = &world.lights()[number];
         let reference = Reference::surface(surface.position, shading.frame.n);
-        let Some(arriving) = light.sample(world.light_context(), &reference, u, wavelengths) else { return black };
+        let Some(arriving) = light.sample(lights, &reference, u, wavelengths) else { return black };
         if self.technique == Technique::Bsdf && !arriving.is_delta {
             return black;
         }

@@ -19,19 +19,16 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// The radiance towards `outgoing` from a point with the given normal and parameters.
+    /// True if light leaves towards `outgoing` from a point with this normal.
     #[inline]
-    pub fn radiance(&self, normal: Vec3, uv: Vec2, outgoing: Vec3, wavelengths: &Wavelengths) -> SampledSpectrum {
-        if !self.two_sided && normal.dot(outgoing) < 0.0 {
-            return SampledSpectrum::ZERO;
-        }
-        match &self.image {
-            None => self.radiance.sample(wavelengths),
-            Some(image) => {
-                let rgb = image.pyramid.nearest(Vec2::new(uv.x, 1.0 - uv.y)).map(|v| v.max(0.0));
-                image.spectrum(rgb, wavelengths) * self.radiance.scale
-            }
-        }
+    pub fn shines(&self, normal: Vec3, outgoing: Vec3) -> bool {
+        self.two_sided || normal.dot(outgoing) >= 0.0
+    }
+
+    /// The radiance of the image at the given parameters.
+    pub(super) fn image_radiance(&self, image: &SpectrumImage, uv: Vec2, wavelengths: &Wavelengths) -> SampledSpectrum {
+        let rgb = image.pyramid.nearest(Vec2::new(uv.x, 1.0 - uv.y)).map(|v| v.max(0.0));
+        image.spectrum(rgb, wavelengths) * self.radiance.scale
     }
 
     /// Radiant exitance over π, averaged over the image, in photometric units.
@@ -75,8 +72,7 @@ impl AreaLight {
         if point.pdf <= 0.0 || !direction.is_finite() {
             return None;
         }
-        let emission = &context.emissions[self.emission as usize];
-        let radiance = emission.radiance(point.normal, point.uv, -direction, wavelengths) * self.scale;
+        let radiance = context.radiance(self, point.normal, point.uv, -direction, wavelengths);
         (!radiance.is_black()).then_some(LightSample {
             radiance,
             direction,

@@ -14,7 +14,8 @@ pub use selection::LightSelection;
 
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
-use luz_geometry::{Accelerator, Reference, SurfacePoint};
+use luz_geometry::{Accelerator, Reference};
+use std::cell::Cell;
 
 /// A spectral distribution with a factor.
 #[derive(Clone, Debug)]
@@ -95,6 +96,48 @@ pub struct LightContext<'a> {
     pub accelerator: &'a Accelerator,
     /// The emissions that area lights refer to.
     pub emissions: &'a [Emission],
+    /// What the path has already evaluated of them.
+    pub emitted: &'a EmittedSpectrum,
+}
+
+impl LightContext<'_> {
+    /// The radiance of an area light towards `outgoing`, from a point with the given normal and parameters.
+    #[inline]
+    pub fn radiance(
+        &self,
+        light: &AreaLight,
+        normal: Vec3,
+        uv: Vec2,
+        outgoing: Vec3,
+        wavelengths: &Wavelengths,
+    ) -> SampledSpectrum {
+        let emission = &self.emissions[light.emission as usize];
+        if !emission.shines(normal, outgoing) {
+            return SampledSpectrum::ZERO;
+        }
+        match &emission.image {
+            None => self.emitted.get(light.emission, || emission.radiance.sample(wavelengths)) * light.scale,
+            Some(image) => emission.image_radiance(image, uv, wavelengths) * light.scale,
+        }
+    }
+}
+
+/// The last emission that a path has evaluated at its wavelengths: most paths meet but one lamp, many times.
+#[derive(Debug, Default)]
+pub struct EmittedSpectrum(Cell<Option<(u32, SampledSpectrum)>>);
+
+impl EmittedSpectrum {
+    #[inline]
+    fn get(&self, emission: u32, evaluate: impl FnOnce() -> SampledSpectrum) -> SampledSpectrum {
+        if let Some((known, spectrum)) = self.0.get()
+            && known == emission
+        {
+            return spectrum;
+        }
+        let spectrum = evaluate();
+        self.0.set(Some((emission, spectrum)));
+        spectrum
+    }
 }
 
 impl Light {
@@ -163,17 +206,4 @@ impl Light {
             Self::Area(_) => "diffuse",
         }
     }
-}
-
-/// The emission of an area light at a point that a ray has hit, towards `outgoing`.
-#[inline]
-pub fn emitted_radiance(
-    emissions: &[Emission],
-    light: &AreaLight,
-    surface: &SurfacePoint,
-    outgoing: Vec3,
-    wavelengths: &Wavelengths,
-) -> SampledSpectrum {
-    emissions[light.emission as usize].radiance(surface.geometric_normal, surface.uv, outgoing, wavelengths)
-        * light.scale
 }

@@ -6,7 +6,7 @@ mod statistics;
 pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
-use crate::light::{AreaLight, Emission, Light, LightContext, LightSelection, Target};
+use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
@@ -105,8 +105,8 @@ impl World {
 
     /// What lights are asked with.
     #[inline]
-    pub fn light_context(&self) -> LightContext<'_> {
-        LightContext { accelerator: &self.accelerator, emissions: &self.emissions }
+    pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum) -> LightContext<'a> {
+        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted }
     }
 
     /// The area light with this number.
@@ -120,18 +120,23 @@ impl World {
 
     /// The first surface along a ray, holes in alpha masks excepted.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<Interaction> {
-        let hit = if self.has_passages {
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        if self.has_passages {
             self.accelerator.closest_hit_filtered(ray, |hit| self.stops_path(ray, hit))
         } else {
             self.accelerator.closest_hit(ray)
-        }?;
+        }
+    }
+
+    /// What stands where a ray has hit.
+    #[inline]
+    pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let shape = &self.shapes[hit.shape as usize];
-        Some(Interaction {
-            surface: self.accelerator.surface(ray, &hit),
+        Interaction {
+            surface: self.accelerator.surface(ray, hit),
             material: shape.material,
             light: shape.first_light.map(|first| first + hit.primitive),
-        })
+        }
     }
 
     /// True if nothing stands between a surface point and a target in the unit direction `direction`.

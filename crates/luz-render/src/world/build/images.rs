@@ -64,6 +64,8 @@ impl Images {
         diagnostics: &mut Diagnostics,
     ) -> Option<SpectrumImage> {
         let image = self.image(path, encoding, span, diagnostics)?;
+        // Made now, at the first lookup it would be waited for by all threads but one.
+        image_color_space(&image).sigmoid_table();
         let channels = color_channels(&image);
         let pyramid = self
             .colors

@@ -155,6 +155,7 @@ fn infinite(
     };
     let texels = environment_texels(context, &image, span);
     let space = image_color_space(&image);
+    space.sigmoid_table();
     scale /= spectrum_to_photometric(&illuminant(space));
     if let Some(wanted) = illuminance {
         let found = upper_illuminance(map, [width, height], &texels, space);
