@@ -13,12 +13,15 @@
 //! 2. the mean over every tile of 16×16 pixels, per channel (of which a small bias is seen),
 //! 3. the mean over the whole picture, per channel;
 //!
-//! and the mean of a second render, with stratified samples and so with little noise, must lie within 0.5 %.
+//! and the mean of a second render, with stratified samples and so with little noise, must lie within 0.5 % and twice the
+//! reference's own standard error (0.03 % of `cornell-box`, but 0.2 % of `veach-mis`, where a lamp smaller than a pixel
+//! makes most of it).
 //!
 //! Pixels whose light is found rarely (caustics, indirect light in dark corners, the edges of lamps) break the
 //! assumption of the first family: few samples carry most of the mean, and a variance estimated without them is far too
 //! small. As in Mitsuba 3's tests of the same kind, the first family passes if 99.75 % of its comparisons do. Tiles have
-//! 256 times the samples, and 99 % of their comparisons must pass; a bias of 2 % in one BSDF fails a quarter of them.
+//! 256 times the samples; 98 % of their comparisons must pass, since one rare path spoils all three channels of a tile at
+//! once. A bias of 2 % in one BSDF fails nine in ten.
 
 mod common;
 
@@ -38,7 +41,7 @@ const SIGNIFICANCE: f64 = 0.01;
 /// The share of pixels' comparisons that may fail.
 const EXCUSED: f64 = 0.0025;
 /// The share of tiles' comparisons that may fail.
-const EXCUSED_TILES: f64 = 0.01;
+const EXCUSED_TILES: f64 = 0.02;
 const TILE: u32 = 16;
 
 fn data() -> PathBuf {
@@ -225,7 +228,9 @@ fn assert_agrees(scene: &str, name: &str) {
     assert!(verdict.tiles_failed as f64 <= EXCUSED_TILES * verdict.tiles as f64, "{name}: {verdict:?}");
     for c in 0..3 {
         assert!(verdict.brightness_p[c] > SIGNIFICANCE / 3.0, "{name}: {verdict:?}");
-        assert!(brightness[c].abs() < 5e-3, "{name}: {brightness:?}");
+        let own = reference.whole(c);
+        let tolerance = 5e-3 + 2.0 * own.variance.sqrt() / own.mean;
+        assert!(brightness[c].abs() < tolerance, "{name}: {brightness:?}");
     }
 }
 
