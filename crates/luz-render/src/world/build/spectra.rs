@@ -16,8 +16,21 @@ pub(super) fn color_space(space: ColorSpace) -> &'static RgbColorSpace {
     }
 }
 
-/// The spectrum that a parameter stands for; problems are reported at `span`.
+/// The spectrum that a parameter stands for; problems are reported at `span`. What would have to be searched or computed
+/// at each lookup is tabulated by whole nanometres.
 pub(super) fn spectrum(
+    parameter: &SpectrumParameter,
+    kind: SpectrumKind,
+    span: Option<Span>,
+    diagnostics: &mut Diagnostics,
+) -> Spectrum {
+    match exact_spectrum(parameter, kind, span, diagnostics) {
+        slow @ (Spectrum::PiecewiseLinear(_) | Spectrum::Blackbody(_)) => Spectrum::Dense(Arc::new(slow.to_dense())),
+        fast => fast,
+    }
+}
+
+fn exact_spectrum(
     parameter: &SpectrumParameter,
     kind: SpectrumKind,
     span: Option<Span>,
