@@ -7,6 +7,7 @@ mod settings;
 mod shapes;
 mod spectra;
 mod textures;
+mod unheeded;
 
 use super::{ShapeInfo, World, WorldStatistics};
 use crate::bsdf::CoatWeights;
@@ -70,6 +71,7 @@ pub fn build(
     let mut context = Context { description, coat_weights: overrides.coat_weights, diagnostics };
     let settings = settings::settings(&mut context, overrides);
     let camera = settings::camera(&mut context, description, settings.resolution);
+    unheeded::report(&mut context);
     let mut builder = Builder::new(simd);
     builder.materials(&mut context);
     builder.add_shapes(&mut context);
@@ -173,12 +175,6 @@ impl Builder {
     fn add(&mut self, context: &mut Context<'_>, group: Option<GroupId>, shape: &ShapeEntity) {
         if group.is_some() && shape.world_from_object.is_animated() {
             context.diagnostics.error(shape.entity.span, "shapes that move within an object cannot be rendered yet");
-        }
-        if shape.inside_medium.is_some() || shape.outside_medium.is_some() {
-            context.diagnostics.push(
-                Diagnostic::error(shape.entity.span, "participating media cannot be rendered yet")
-                    .with_help("remove the `MediumInterface` of this shape to see its surface alone"),
-            );
         }
         let transform = context.transform(shape.world_from_object.start, shape.entity.span);
         let alpha = self.textures.optional_float(context, &shape.entity, "alpha");

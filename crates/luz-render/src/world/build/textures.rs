@@ -23,7 +23,11 @@ pub(super) struct TextureBuilder {
     floats: HashMap<usize, FloatTextureId>,
     spectra: HashMap<(usize, SpectrumKind), SpectrumTextureId>,
     constants: HashMap<u32, FloatTextureId>,
+    depth: u32,
 }
+
+/// How deep textures may be made of textures: evaluating them recurses as deep.
+const MAX_DEPTH: u32 = 200;
 
 /// How an image texture reads its file.
 struct ImageParameters {
@@ -92,6 +96,15 @@ impl TextureBuilder {
         }
     }
 
+    fn is_too_deep(&self, context: &mut Context<'_>, entity: &Entity) -> bool {
+        let is_too_deep = self.depth >= MAX_DEPTH;
+        if is_too_deep {
+            let message = format!("textures are nested more than {MAX_DEPTH} deep here");
+            context.diagnostics.error(entity.kind_span, message);
+        }
+        is_too_deep
+    }
+
     fn named_float(&mut self, context: &mut Context<'_>, index: usize) -> FloatTextureId {
         if let Some(&id) = self.floats.get(&index) {
             return id;
@@ -99,6 +112,10 @@ impl TextureBuilder {
         let description = context.description;
         let texture = &description.textures[index];
         let entity = &texture.entity;
+        if self.is_too_deep(context, entity) {
+            return self.constant(1.0);
+        }
+        self.depth += 1;
         let made = match &*entity.kind {
             "constant" => FloatTexture::Constant(entity.parameters.one_float("value", 1.0, context.diagnostics)),
             "scale" => {
@@ -122,6 +139,7 @@ impl TextureBuilder {
                 FloatTexture::Constant(1.0)
             }
         };
+        self.depth -= 1;
         let id = self.textures.add_float(made);
         self.floats.insert(index, id);
         id
@@ -149,6 +167,10 @@ impl TextureBuilder {
         let entity = &texture.entity;
         let one = || Spectrum::Constant(1.0);
         let zero = || Spectrum::Constant(0.0);
+        if self.is_too_deep(context, entity) {
+            return self.textures.add_spectrum(SpectrumTexture::Constant(one()));
+        }
+        self.depth += 1;
         let made = match &*entity.kind {
             "constant" => SpectrumTexture::Constant(
                 spectra::optional_spectrum(&entity.parameters, "value", kind, context.diagnostics).unwrap_or_else(one),
@@ -175,6 +197,7 @@ impl TextureBuilder {
                 SpectrumTexture::Constant(one())
             }
         };
+        self.depth -= 1;
         let id = self.textures.add_spectrum(made);
         self.spectra.insert((index, kind), id);
         id
