@@ -53,6 +53,25 @@ fn interfaces_are_unseen() {
     assert_unseen(r#"Material "interface""#);
 }
 
+/// What passes does not count as scattering: even the shortest paths see what is behind.
+#[test]
+fn paths_of_no_bounce_see_through_interfaces() {
+    let text = r#"
+        LookAt 0 0 -4  0 0 0  0 1 0
+        Camera "perspective" "float fov" 20
+        Integrator "path" "integer maxdepth" 0
+        WorldBegin
+        LightSource "infinite" "rgb L" [1 1 1]
+        MakeNamedMaterial "nothing" "string type" "interface"
+        MakeNamedMaterial "white" "string type" "diffuse"
+        Material "mix" "string materials" ["nothing" "white"] "float amount" 0
+        Shape "sphere"
+        "#;
+    for (value, error) in mean(&render(&load(text, &overrides([16, 16], 64)))) {
+        assert!((value - 1.0).abs() < 5.0 * error + 1e-3, "{value} ± {error}");
+    }
+}
+
 #[test]
 fn dispersion_loses_nothing() {
     assert_unseen(r#"Material "dielectric" "spectrum eta" "glass-BK7""#);

@@ -123,7 +123,7 @@ impl PathIntegrator {
             };
             let interaction = world.interaction(&ray, &hit);
             radiance += throughput * self.emission_at(world, lights, &departure, &ray, &interaction, wavelengths);
-            if depth == self.max_depth && features.is_none() {
+            if depth == self.max_depth && features.is_none() && world.material(interaction.material).always_scatters() {
                 break;
             }
             let seen = if depth == 0 { differentials } else { None };

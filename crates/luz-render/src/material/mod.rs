@@ -216,6 +216,11 @@ pub struct Material {
 }
 
 impl Material {
+    /// False where light may pass as if nothing were there.
+    pub(crate) fn always_scatters(&self) -> bool {
+        !matches!(self.scattering, Scattering::Mix { .. } | Scattering::Interface)
+    }
+
     /// The material that a mix stands for at a point; `None` for any other.
     pub(crate) fn choose(&self, textures: &Textures, context: &SurfaceContext, outgoing: Vec3) -> Option<MaterialId> {
         let Scattering::Mix { materials, amount } = &self.scattering else { return None };
