@@ -94,6 +94,26 @@ fn each_technique_alone_has_the_mean_of_both() {
     }
 }
 
+/// Half a roof: shadow rays pass where paths do.
+#[test]
+fn techniques_agree_below_a_mix_with_nothing() {
+    let roof = r#"
+        MakeNamedMaterial "nothing" "string type" "interface"
+        MakeNamedMaterial "paint" "string type" "diffuse"
+        Material "mix" "string materials" ["nothing" "paint"] "float amount" 0.5
+        Shape "bilinearmesh" "point3 P" [-9 2 -9  -9 2 9  9 2 -9  9 2 9]"#;
+    let text = scene(&format!("{}{roof}", LIGHTS[0].1), MATERIALS[0].1);
+    let measured = |technique: Technique, seed: u64| {
+        let mut loaded = load(&text, &overrides([20, 16], 1024));
+        loaded.settings.integrator.technique = technique;
+        loaded.settings.seed = seed;
+        mean(&render(&loaded))[1]
+    };
+    let (light, bsdf) = (measured(Technique::Light, 1), measured(Technique::Bsdf, 2));
+    let z = (light.0 - bsdf.0) / light.1.hypot(bsdf.1);
+    assert!(z.abs() < 4.8, "z = {z}: {light:?} against {bsdf:?}");
+}
+
 #[test]
 fn every_heuristic_has_the_same_mean() {
     let text = scene(LIGHTS[0].1, MATERIALS[1].1);

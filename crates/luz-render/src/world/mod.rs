@@ -26,6 +26,8 @@ pub(crate) struct ShapeInfo {
     pub alpha: Option<FloatTextureId>,
     /// True for shapes without a material of their own: rays pass.
     pub is_interface: bool,
+    /// True where the material is a mix with nothing in it: some rays pass.
+    pub is_mixed_interface: bool,
 }
 
 /// Everything that light meets.
@@ -166,7 +168,20 @@ impl World {
 
     fn stops_shadow(&self, ray: &Ray, hit: &Hit) -> bool {
         let shape = &self.shapes[hit.shape as usize];
-        !shape.is_interface && self.is_covered(shape.alpha, ray, hit)
+        !shape.is_interface
+            && self.is_covered(shape.alpha, ray, hit)
+            && !(shape.is_mixed_interface && self.mix_lets_pass(shape.material, ray, hit))
+    }
+
+    /// Whether a mix stands for an interface where a ray meets it, by the choice that a path would make there.
+    fn mix_lets_pass(&self, material: MaterialId, ray: &Ray, hit: &Hit) -> bool {
+        let surface = self.accelerator.surface(ray, hit);
+        let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
+        let mut material = self.material(material);
+        while let Some(chosen) = material.choose(&self.textures, &context, -ray.direction) {
+            material = self.material(chosen);
+        }
+        !material.always_scatters()
     }
 
     /// Stochastic alpha: whether a hit counts is a pure function of the ray, so that results stay reproducible.

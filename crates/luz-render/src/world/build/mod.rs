@@ -21,7 +21,7 @@ use luz_geometry::{
     Transform,
 };
 use luz_scene::{Description, Diagnostic, Diagnostics, Entity, ShapeEntity, Span, TransformSet};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::time::Instant;
 use textures::TextureBuilder;
 
@@ -180,18 +180,20 @@ impl Builder {
         let alpha = self.textures.optional_float(context, &shape.entity, "alpha");
         let alpha = alpha.filter(|&id| self.textures.textures.constant_float(id).is_none_or(|a| a < 1.0));
         let is_interface = matches!(self.materials[shape.material].scattering, Scattering::Interface);
+        let is_mixed_interface = !is_interface && self.contains_interface(shape.material);
         for made in shapes::shapes(context, shape, &transform) {
             let primitives = made.primitive_count() as u32;
             let count = self.statistics.shapes.entry(shape.entity.kind.to_string()).or_default();
             count.shapes += 1;
             count.primitives += u64::from(primitives);
-            let needs_filter = alpha.is_some() || is_interface;
+            let needs_filter = alpha.is_some() || is_interface || is_mixed_interface;
             let id = self.add_to_accelerator(group, made, needs_filter);
             self.shapes.push(ShapeInfo {
                 material: MaterialId(shape.material as u32),
                 first_light: None,
                 alpha,
                 is_interface,
+                is_mixed_interface,
             });
             self.places.push(shape.entity.span);
             debug_assert_eq!(id as usize + 1, self.shapes.len());
@@ -199,6 +201,22 @@ impl Builder {
                 self.add_emitter(context, group, shape, entity, (id, primitives));
             }
         }
+    }
+
+    /// True if a material is an interface or a mix with one somewhere in it; mixes name only earlier materials.
+    fn contains_interface(&self, material: usize) -> bool {
+        let mut open = vec![material];
+        let mut seen = HashSet::new();
+        while let Some(index) = open.pop() {
+            match self.materials.get(index).map(|m| &m.scattering) {
+                Some(Scattering::Interface) => return true,
+                Some(Scattering::Mix { materials, .. }) if seen.insert(index) => {
+                    open.extend(materials.map(MaterialId::index));
+                }
+                _ => {}
+            }
+        }
+        false
     }
 
     fn add_to_accelerator(&mut self, group: Option<GroupId>, shape: Shape, needs_filter: bool) -> u32 {
@@ -317,7 +335,7 @@ impl Builder {
         let infinite = self.lights.iter().enumerate().filter(|(_, l)| l.is_infinite()).map(|(i, _)| i as u32);
         Some(World {
             infinite_lights: infinite.collect(),
-            has_passages: self.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface),
+            has_passages: self.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface || s.is_mixed_interface),
             has_varying_textures: !self.textures.textures.all_constant(),
             accelerator,
             shapes: self.shapes,
