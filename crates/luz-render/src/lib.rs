@@ -5,6 +5,7 @@
 
 pub mod bsdf;
 pub mod camera;
+mod chance;
 pub mod film;
 pub mod integrator;
 pub mod light;

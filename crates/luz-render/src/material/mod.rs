@@ -10,10 +10,10 @@ use crate::bsdf::{
     Base, Bsdf, CoatInterface, CoatMedium, CoatWeights, CoatedDiffuse, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
 };
+use crate::chance::chance;
 use crate::texture::{FloatTextureId, SpectrumTextureId, SurfaceContext, Textures};
 use glam::Vec3;
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
-use luz_sample::random;
 
 /// Names a material of the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -226,14 +226,7 @@ impl Material {
         let Scattering::Mix { materials, amount } = &self.scattering else { return None };
         let amount = textures.float(*amount, context);
         // The choice is a pure function of the point and the direction, so that a path can be traced again.
-        let key = |v: Vec3| u64::from(v.x.to_bits()) | (u64::from(v.y.to_bits()) << 32);
-        let bits = random::hash(
-            key(context.position),
-            key(outgoing),
-            u64::from(context.position.z.to_bits()) | (u64::from(materials[0].0) << 32),
-            materials[1].0,
-        );
-        let u = (bits >> 40) as f32 / (1u64 << 24) as f32;
+        let u = chance(context.position, outgoing, materials[0].0 ^ materials[1].0.rotate_left(16));
         Some(materials[usize::from(amount >= 1.0 || (amount > 0.0 && u < amount))])
     }
 

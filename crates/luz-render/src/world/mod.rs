@@ -6,12 +6,12 @@ mod statistics;
 pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
+use crate::chance::chance;
 use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
 use luz_geometry::{Accelerator, Hit, Ray, SurfacePoint, offset_ray_origin};
-use luz_sample::random;
 
 /// How much of a shadow ray counts: it ends just before the light.
 const SHADOW_END: f32 = 0.9999;
@@ -190,14 +190,6 @@ impl World {
         let surface = self.accelerator.surface(ray, hit);
         let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
         let alpha = self.textures.float(alpha, &context);
-        alpha >= 1.0 || (alpha > 0.0 && hash_of_ray(ray) < alpha)
+        alpha >= 1.0 || (alpha > 0.0 && chance(ray.origin, ray.direction, 0) < alpha)
     }
-}
-
-/// A number in `[0, 1)` that depends on a ray's origin and direction.
-fn hash_of_ray(ray: &Ray) -> f32 {
-    let key = |v: Vec3| u64::from(v.x.to_bits()) | (u64::from(v.y.to_bits()) << 32);
-    let bits =
-        random::hash(key(ray.origin), key(ray.direction), u64::from(ray.origin.z.to_bits()), ray.direction.z.to_bits());
-    (bits >> 40) as f32 / (1u64 << 24) as f32
 }
