@@ -6,7 +6,7 @@
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
 use crate::film::Features;
-use crate::light::{AreaLight, EmittedSpectrum, LightContext};
+use crate::light::{Combination, EmittedSpectrum, LightContext};
 use crate::material::Shading;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
@@ -107,7 +107,7 @@ impl PathIntegrator {
         cost: &mut PathCost,
     ) -> SampledSpectrum {
         let emitted = EmittedSpectrum::default();
-        let lights = world.light_context(&emitted);
+        let lights = world.light_context(&emitted, self.combination());
         let mut radiance = SampledSpectrum::ZERO;
         let mut throughput = SampledSpectrum::ONE;
         let mut eta_scale = 1.0;
@@ -118,7 +118,7 @@ impl PathIntegrator {
         loop {
             cost.rays += 1;
             let Some(hit) = world.intersect(&ray) else {
-                radiance += throughput * self.infinite_light(world, &departure, ray.direction, wavelengths);
+                radiance += throughput * self.infinite_light(world, lights, &departure, ray.direction, wavelengths);
                 break;
             };
             let interaction = world.interaction(&ray, &hit);
@@ -197,6 +197,14 @@ impl PathIntegrator {
         radiance
     }
 
+    /// What the directions that lights draw are combined with.
+    fn combination(&self) -> Combination {
+        match self.technique {
+            Technique::Both => Combination::WithBsdf,
+            Technique::Light | Technique::Bsdf => Combination::Alone,
+        }
+    }
+
     /// The share of a light that was found by following the BSDF, when light sampling would have found it with density
     /// `light_pdf`.
     fn bsdf_weight(&self, departure: &Departure, light_pdf: impl FnOnce() -> f32) -> f32 {
@@ -210,6 +218,7 @@ impl PathIntegrator {
     fn infinite_light(
         &self,
         world: &World,
+        lights: LightContext<'_>,
         departure: &Departure,
         direction: Vec3,
         wavelengths: &Wavelengths,
@@ -217,11 +226,13 @@ impl PathIntegrator {
         let mut sum = SampledSpectrum::ZERO;
         for &number in world.infinite_lights() {
             let light = &world.lights()[number as usize];
+            let reference = &departure.reference;
             let weight = self.bsdf_weight(departure, || {
-                world.light_selection().probability(number as usize) * light.pdf_infinite(direction)
+                world.light_selection().probability(reference, number as usize)
+                    * light.pdf_infinite(lights, reference, direction)
             });
             if weight > 0.0 {
-                sum += light.radiance_infinite(direction, wavelengths) * weight;
+                sum += light.radiance_infinite(reference, direction, wavelengths) * weight;
             }
         }
         sum
@@ -243,8 +254,9 @@ impl PathIntegrator {
         if emitted.is_black() {
             return emitted;
         }
+        let reference = &departure.reference;
         let weight = self.bsdf_weight(departure, || {
-            world.light_selection().probability(number as usize) * AreaLight::pdf(lights, &departure.reference, surface)
+            world.light_selection().probability(reference, number as usize) * light.pdf(lights, reference, surface)
         });
         emitted * weight
     }
@@ -264,10 +276,10 @@ impl PathIntegrator {
         let black = SampledSpectrum::ZERO;
         // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
         // stratified: the triangles of a lamp share one pattern.
-        let Some((number, probability, u_x)) = world.light_selection().sample(u.x) else { return black };
+        let reference = Reference::surface(surface.position, shading.frame.n);
+        let Some((number, probability, u_x)) = world.light_selection().sample(&reference, u.x) else { return black };
         let u = Vec2::new(u_x, u.y);
         let light = &world.lights()[number];
-        let reference = Reference::surface(surface.position, shading.frame.n);
         let Some(arriving) = light.sample(lights, &reference, u, wavelengths) else { return black };
         if self.technique == Technique::Bsdf && !arriving.is_delta {
             return black;
