@@ -11,10 +11,10 @@
 //! ```
 //! use luz_sample::mis::Heuristic;
 //!
-//! // A point of which the first technique has density 2, the second 1, with one and three samples.
-//! let techniques = [(1.0, 2.0), (3.0, 1.0)];
+//! // A point of which the first technique has density 6, with one sample, the second density 1, with two.
+//! let techniques = [(1.0, 6.0), (2.0, 1.0)];
 //! let weights = [0, 1].map(|i| Heuristic::Balance.weight(i, &techniques));
-//! assert_eq!(weights, [0.4, 0.6]);
+//! assert_eq!(weights, [0.75, 0.25]);
 //! ```
 
 mod heuristic;
