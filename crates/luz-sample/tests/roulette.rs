@@ -34,6 +34,9 @@ fn weights_make_up_for_numbers_exactly() {
     assert_eq!(Continuations::draw(f32::INFINITY, 0.5).count, 65536);
 }
 
+/// An expected number of continuations, given a place and the throughput.
+type Rule = Box<dyn Fn(usize, f64) -> f64>;
+
 /// A random walk over 0..6 that adds something wherever it is, goes on to a random neighbour with a random factor, and ends
 /// where it leaves: what a path tracer does. Returns the estimate and its cost, in steps.
 fn walk(
@@ -105,7 +108,7 @@ fn walks_are_unbiased_whatever_is_expected() {
     let truth = expectation();
     let measure = Efficiency::new(4.0, 10.0).expect("positive");
     let known = outcomes(200, 9, &|_, _| 1.0);
-    let rules: [(&str, Box<dyn Fn(usize, f64) -> f64>); 6] = [
+    let rules: [(&str, Rule); 6] = [
         ("none", Box::new(|_, _| 1.0)),
         ("throughput", Box::new(|_, t| f64::from(throughput_survival(t as f32, &Limits::ROULETTE)))),
         ("half", Box::new(|_, _| 0.5)),
@@ -187,7 +190,7 @@ fn walks_become_more_efficient() {
     let none = walks(40_000, 3, &|_, _| 1.0);
     let classic = walks(40_000, 3, &|_, t| f64::from(throughput_survival(t as f32, &Limits::ROULETTE)));
     // Three rounds of learning, each from walks of the rule before.
-    let mut rule: Box<dyn Fn(usize, f64) -> f64> = Box::new(|_, _| 1.0);
+    let mut rule: Rule = Box::new(|_, _| 1.0);
     for seed in 0..3 {
         let (r, c) = walks(4000, 20 + seed, &rule);
         let known = outcomes(1000, 30 + seed, &rule);
@@ -213,6 +216,10 @@ fn outcomes_that_make_no_sense_change_nothing() {
     outcomes.push(&[0.0, 0.0], 3.0);
     assert_eq!((outcomes.count(), outcomes.cost(), outcomes.variance(1)), (2, 2.0, 0.0));
     assert_eq!(efficiency.expected(&[1.0, 1.0], &outcomes), 0.0);
+    // Certain ones, of mean 0.3 and 0.1 and cost 4: the root of the mean of 0.3² · 1 and 0.1² · 4, over that of the cost.
+    let mut certain = Outcomes::<2>::default();
+    (0..2).for_each(|_| certain.push(&[0.3, 0.1], 4.0));
+    assert!((efficiency.expected(&[1.0, 2.0], &certain) - (0.065f64 / 4.0).sqrt()).abs() < 1e-12);
     assert_eq!(Limits::SPLITTING.clamp(0.0), 0.05);
     assert_eq!(Limits::SPLITTING.clamp(f32::NAN), 1.0);
     for (cost, variance) in [(0.0, 1.0), (1.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY), (-1.0, 1.0)] {
