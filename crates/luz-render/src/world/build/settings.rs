@@ -241,6 +241,12 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
         let span = parameters.span("maxdepth");
         context.diagnostics.error(span, format!("`maxdepth` must not be negative: {max_depth}"));
     }
+    if overrides.heuristic == Some(Heuristic::Optimal) && overrides.technique_images {
+        context.diagnostics.push(
+            Diagnostic::error(None, "optimal weights are no weights of single samples: they have no technique images")
+                .with_help("`--mis balance` or `--mis power` have some"),
+        );
+    }
     PathIntegrator {
         max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),
         heuristic: overrides.heuristic.unwrap_or(Heuristic::Power(2.0)),
