@@ -228,7 +228,7 @@ impl PathIntegrator {
             let light = &world.lights()[number as usize];
             let reference = &departure.reference;
             let weight = self.bsdf_weight(departure, || {
-                world.light_selection().probability(reference, number as usize)
+                world.light_selection().probability(lights.combination, reference, number as usize)
                     * light.pdf_infinite(lights, reference, direction)
             });
             if weight > 0.0 {
@@ -256,7 +256,8 @@ impl PathIntegrator {
         }
         let reference = &departure.reference;
         let weight = self.bsdf_weight(departure, || {
-            world.light_selection().probability(reference, number as usize) * light.pdf(lights, reference, surface)
+            world.light_selection().probability(lights.combination, reference, number as usize)
+                * light.pdf(lights, reference, surface)
         });
         emitted * weight
     }
@@ -277,7 +278,8 @@ impl PathIntegrator {
         // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
         // stratified: the triangles of a lamp share one pattern.
         let reference = Reference::surface(surface.position, shading.frame.n);
-        let Some((number, probability, u_x)) = world.light_selection().sample(&reference, u.x) else { return black };
+        let chosen = world.light_selection().sample(lights.combination, &reference, u.x);
+        let Some((number, probability, u_x)) = chosen else { return black };
         let u = Vec2::new(u_x, u.y);
         let light = &world.lights()[number];
         let Some(arriving) = light.sample(lights, &reference, u, wavelengths) else { return black };

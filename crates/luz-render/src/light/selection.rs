@@ -1,5 +1,6 @@
 //! Which light to ask.
 
+use super::Combination;
 use luz_geometry::Reference;
 use luz_sample::distribution::{Discrete, DistributionError};
 
@@ -37,15 +38,15 @@ impl LightSelection {
     /// A light's number as seen from `reference`, the probability of choosing it, and a fresh number in `[0, 1)` made of what choosing has left
     /// of `u`; `None` if there are no lights.
     #[inline]
-    pub fn sample(&self, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
-        let _ = reference;
+    pub fn sample(&self, combination: Combination, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
+        let _ = (combination, reference);
         (!self.probabilities.is_empty()).then(|| self.table.sample(u))
     }
 
     /// The probability of choosing a light from `reference`.
     #[inline]
-    pub fn probability(&self, reference: &Reference, light: usize) -> f32 {
-        let _ = reference;
+    pub fn probability(&self, combination: Combination, reference: &Reference, light: usize) -> f32 {
+        let _ = (combination, reference);
         self.probabilities[light]
     }
 }
