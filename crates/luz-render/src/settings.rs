@@ -3,7 +3,7 @@
 use crate::bsdf::CoatWeights;
 use crate::film::{FilmKind, Filter, PixelBounds};
 use crate::integrator::PathIntegrator;
-use crate::light::ScaledSpectrum;
+use crate::light::{LightSampler, ScaledSpectrum};
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
 
@@ -64,6 +64,8 @@ pub struct Overrides {
     pub max_depth: Option<u32>,
     /// The integrator, by its name in scene files.
     pub integrator: Option<String>,
+    /// How lights are chosen.
+    pub light_sampler: Option<LightSampler>,
     /// The pixel filter.
     pub filter: Option<Filter>,
     /// What the film measures.

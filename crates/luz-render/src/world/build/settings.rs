@@ -4,7 +4,7 @@ use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
 use crate::film::{Film, FilmKind, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
-use crate::light::ScaledSpectrum;
+use crate::light::{LightSampler, ScaledSpectrum};
 use crate::settings::{Crop, Overrides, Settings};
 use crate::sphere_map::SphereMap;
 use glam::Vec2;
@@ -241,6 +241,18 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
         technique: Technique::Both,
         regularize: parameters.one_bool("regularize", false, context.diagnostics),
     }
+}
+
+/// How lights are chosen.
+pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) -> LightSampler {
+    let parameters = &context.description.integrator.parameters;
+    let default = LightSampler::default().to_string();
+    let name = parameters.string("lightsampler", context.diagnostics).unwrap_or(&default);
+    let named = name.parse().unwrap_or_else(|error: String| {
+        context.diagnostics.error(parameters.span("lightsampler"), error);
+        LightSampler::default()
+    });
+    overrides.light_sampler.unwrap_or(named)
 }
 
 pub(super) fn camera(context: &mut Context<'_>, description: &Description, resolution: [u32; 2]) -> Camera {
