@@ -307,7 +307,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
                 // A direction meets all of several infinite lights, but offers one technique's sample at most.
                 let is_offered = branch.departure.is_offered && world.infinite_lights().len() == 1;
                 self.add_found(branch, emitted, is_offered, |walk| {
-                    world.light_selection().probability(reference, number as usize)
+                    world.light_selection().probability(walk.lights.combination, reference, number as usize)
                         * light.pdf_infinite(walk.lights, reference, direction)
                 });
             }
@@ -325,7 +325,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         if !emitted.is_black() {
             let reference = &branch.departure.reference;
             self.add_found(branch, emitted, branch.departure.is_offered, |walk| {
-                world.light_selection().probability(reference, number as usize)
+                world.light_selection().probability(walk.lights.combination, reference, number as usize)
                     * light.pdf(walk.lights, reference, surface)
             });
         }
@@ -345,7 +345,8 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
         // stratified: the triangles of a lamp share one pattern.
         let reference = Reference::surface(surface.position, shading.frame.n);
-        let Some((number, probability, u_x)) = world.light_selection().sample(&reference, u.x) else { return };
+        let chosen = world.light_selection().sample(self.lights.combination, &reference, u.x);
+        let Some((number, probability, u_x)) = chosen else { return };
         let light = &world.lights()[number];
         let u = Vec2::new(u_x, u.y);
         let Some(arriving) = light.sample(self.lights, &reference, u, self.wavelengths) else { return };

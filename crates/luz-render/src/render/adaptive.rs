@@ -120,9 +120,7 @@ fn needed(film: &Film, half: usize, target: f64) -> Vec<f64> {
 /// Variance of one sample and squared mean, averaged over the channels.
 fn moments(pixel: &Pixel) -> [f64; 2] {
     let average = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
-    let weight = pixel.weight();
-    let variance = average(pixel.variance()) * weight * weight / f64::from(pixel.count().max(1));
-    [variance, average(pixel.mean().map(|m| m * m))]
+    [average(pixel.sample_variance()), average(pixel.mean().map(|m| m * m))]
 }
 
 /// The neighbours of a place within the tile that it lies in, in coordinates of the film.
@@ -160,7 +158,7 @@ mod tests {
             for half in [0, 1] {
                 for _ in done..(done + rounds).min(limits.of(0, obeys[half])) {
                     let value = if random[half].next_f64() < 0.05 { 20.0 } else { 0.1 };
-                    film.rows_mut()[0].pixel(0, half).add([value; 3], 1.0);
+                    film.rows_mut()[0].add(0, half, [value; 3], 1.0);
                 }
             }
             done += rounds;

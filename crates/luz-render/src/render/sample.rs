@@ -85,7 +85,7 @@ impl<'a> PixelSampler<'a> {
         if largest > settings.max_component {
             rgb = rgb.map(|v| v * (settings.max_component / largest));
         }
-        row.pixel(column, half).add(rgb, filtered.sign);
+        row.add(column, half, rgb, filtered.sign);
     }
 }
 
