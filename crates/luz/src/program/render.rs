@@ -72,6 +72,7 @@ fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
         integrator: wanted.integrator.map(|name| name.name().to_owned()),
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
+        light_sampler: wanted.light_sampler,
         technique_images: wanted.technique_images,
         technique: wanted.technique,
         heuristic: wanted.mis,
