@@ -16,6 +16,6 @@ mod sphere_map;
 pub mod texture;
 pub mod world;
 
-pub use render::{RenderCost, Renderer};
+pub use render::{RenderCost, Renderer, adaptive};
 pub use settings::{Crop, Overrides, Settings};
 pub use sphere_map::SphereMap;

@@ -1,11 +1,12 @@
 //! How a scene is to be rendered, as its file says and as the caller wishes otherwise.
 
 use crate::bsdf::CoatWeights;
-use crate::film::{FilmKind, Filter, PixelBounds};
-use crate::integrator::PathIntegrator;
+use crate::film::{FilmContents, FilmKind, FilmLayers, Filter, PixelBounds};
+use crate::integrator::{PathIntegrator, Roulette, Technique};
 use crate::light::ScaledSpectrum;
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
+use luz_sample::mis::Heuristic;
 
 /// How a scene is to be rendered.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ pub struct Settings {
     pub bounds: PixelBounds,
     /// What the film measures.
     pub film: FilmKind,
+    /// Does the film keep what each technique of finding direct light contributes?
+    pub technique_images: bool,
     /// The pixel filter.
     pub filter: Filter,
     /// From radiance to RGB.
@@ -30,12 +33,24 @@ pub struct Settings {
     pub integrator: PathIntegrator,
     /// The sequence that samples are drawn from.
     pub sampler: SamplerKind,
-    /// Samples per pixel.
+    /// Samples per pixel; with adaptive sampling the most that a pixel gets.
     pub samples_per_pixel: u32,
+    /// The relative error at which a pixel has samples enough, for adaptive sampling; see [`adaptive`](crate::adaptive).
+    pub adaptive: Option<f64>,
     /// The seed of all random numbers.
     pub seed: u64,
     /// The file that the scene wants its picture in.
     pub filename: Option<String>,
+}
+
+impl Settings {
+    /// What the film keeps.
+    pub fn film_contents(&self) -> FilmContents {
+        FilmContents {
+            layers: FilmLayers { features: self.film == FilmKind::GBuffer, techniques: self.technique_images },
+            halves: self.adaptive.is_some(),
+        }
+    }
 }
 
 /// A window of the frame.
@@ -68,6 +83,16 @@ pub struct Overrides {
     pub filter: Option<Filter>,
     /// What the film measures.
     pub film: Option<FilmKind>,
+    /// Lets the film keep what each technique of finding direct light contributes.
+    pub technique_images: bool,
+    /// Which techniques look for direct light.
+    pub technique: Option<Technique>,
+    /// How they are combined.
+    pub heuristic: Option<Heuristic>,
+    /// How paths end before they are longest.
+    pub roulette: Option<Roulette>,
+    /// The relative error at which a pixel has samples enough.
+    pub adaptive: Option<f64>,
     /// How walks within rough coats are weighted; pbrt-v4's weights make them too bright, as its pictures have them.
     pub coat_weights: CoatWeights,
 }

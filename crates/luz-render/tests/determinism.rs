@@ -64,9 +64,8 @@ fn a_crop_window_shows_what_the_frame_shows_there() {
     part.settings.bounds = luz_render::film::PixelBounds { x0: 5, y0: 3, x1: 20, y1: 11 };
     let render = |l: &Loaded| common::render(l);
     let (whole, part) = (render(&whole), render(&part));
-    for y in 0..8 {
-        for x in 0..15 {
-            assert_eq!(part.pixels()[y * 15 + x], whole.pixels()[(y + 3) * 33 + x + 5]);
-        }
+    for (i, pixel) in part.estimates().enumerate() {
+        let (x, y) = (i % 15, i / 15);
+        assert_eq!(Some(pixel), whole.estimates().nth((y + 3) * 33 + x + 5));
     }
 }

@@ -140,3 +140,29 @@ fn a_two_percent_error_is_found() {
     let (right, wrong) = (brightness("1"), brightness("1.02"));
     assert!((wrong.0 - right.0) / right.1.hypot(wrong.1) > 4.8);
 }
+
+/// The weighted shares of the techniques are the picture, and each alone has its mean: |z| < 4.8 as above.
+#[test]
+fn pictures_of_the_techniques_add_up() {
+    for (light, lights) in LIGHTS {
+        let text = scene(lights, MATERIALS[1].1);
+        let wanted = luz_render::Overrides { technique_images: true, ..overrides([20, 16], 256) };
+        let film = render(&load(&text, &wanted));
+        let image = film.to_image().expect("it fits");
+        let index = |name: &str| image.channels().iter().position(|c| c == name).expect("a channel");
+        let stride = image.channels().len();
+        let column = |name: &str| image.data().iter().skip(index(name)).step_by(stride).map(|v| f64::from(*v));
+        let sums = |name: &str| column(name).sum::<f64>();
+        for c in ["R", "G", "B"] {
+            let parts = column(&format!("BsdfWeighted.{c}")).zip(column(&format!("LightWeighted.{c}")));
+            for ((bsdf, light), whole) in parts.zip(column(c)) {
+                assert!((bsdf + light - whole).abs() <= 1e-5 + 1e-4 * whole, "{bsdf} + {light} ≠ {whole}");
+            }
+            // Light that only the BSDF finds is in one of the shares alone.
+            let seen = sums(c);
+            for alone in ["BsdfAlone", "LightAlone"] {
+                assert!(sums(&format!("{alone}.{c}")) < 1.5 * seen, "{light}: {alone}");
+            }
+        }
+    }
+}

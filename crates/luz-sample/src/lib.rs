@@ -6,6 +6,7 @@ pub mod mis;
 mod owen;
 mod permutation;
 pub mod random;
+pub mod roulette;
 mod sampler;
 mod samples;
 pub mod statistics;

@@ -85,7 +85,7 @@ impl AreaLight {
     /// The density in solid angle with which [`sample`](Self::sample) draws from `reference` a point of the light that
     /// a ray has hit.
     #[inline]
-    pub fn pdf(context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
+    pub fn pdf(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
         context.accelerator.pdf_solid_angle(reference, hit)
     }
 

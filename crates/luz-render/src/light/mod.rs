@@ -98,6 +98,20 @@ pub struct LightContext<'a> {
     pub emissions: &'a [Emission],
     /// What the path has already evaluated of them.
     pub emitted: &'a EmittedSpectrum,
+    /// What drawn directions are combined with.
+    pub combination: Combination,
+}
+
+/// What the directions that are drawn towards lights are combined with: it decides whether a light may leave to another
+/// technique what that one finds well.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Combination {
+    /// Nothing: lights draw every direction from which light comes.
+    #[default]
+    Alone,
+    /// Directions drawn from the BSDF or phase function, weighted by multiple importance sampling. Lights may then leave
+    /// dim directions to them (MIS compensation), with density zero.
+    WithBsdf,
 }
 
 impl LightContext<'_> {
@@ -162,7 +176,8 @@ impl Light {
 
     /// The density in solid angle with which [`sample`](Self::sample) draws `direction`, for the lights at infinity.
     /// (An area light is asked with the point that was hit: [`AreaLight::pdf`].)
-    pub fn pdf_infinite(&self, direction: Vec3) -> f32 {
+    pub fn pdf_infinite(&self, context: LightContext<'_>, reference: &Reference, direction: Vec3) -> f32 {
+        let _ = (context, reference);
         match self {
             Self::UniformInfinite(light) => light.pdf(),
             Self::ImageInfinite(light) => light.pdf(direction),
@@ -170,8 +185,14 @@ impl Light {
         }
     }
 
-    /// The radiance that arrives from infinity against `direction` (which points away from the scene).
-    pub fn radiance_infinite(&self, direction: Vec3, wavelengths: &Wavelengths) -> SampledSpectrum {
+    /// The radiance that arrives from infinity at `reference` against `direction` (which points away from the scene).
+    pub fn radiance_infinite(
+        &self,
+        reference: &Reference,
+        direction: Vec3,
+        wavelengths: &Wavelengths,
+    ) -> SampledSpectrum {
+        let _ = reference;
         match self {
             Self::UniformInfinite(light) => light.radiance(wavelengths),
             Self::ImageInfinite(light) => light.radiance(direction, wavelengths),

@@ -1,5 +1,6 @@
 //! Which light to ask.
 
+use luz_geometry::Reference;
 use luz_sample::distribution::{Discrete, DistributionError};
 
 /// The share of choices that is spread evenly. By power alone, a weak light near a surface that a strong one hardly
@@ -33,16 +34,18 @@ impl LightSelection {
         Ok(Self { table, probabilities })
     }
 
-    /// A light's number, the probability of choosing it, and a fresh number in `[0, 1)` made of what choosing has left
+    /// A light's number as seen from `reference`, the probability of choosing it, and a fresh number in `[0, 1)` made of what choosing has left
     /// of `u`; `None` if there are no lights.
     #[inline]
-    pub fn sample(&self, u: f32) -> Option<(usize, f32, f32)> {
+    pub fn sample(&self, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
+        let _ = reference;
         (!self.probabilities.is_empty()).then(|| self.table.sample(u))
     }
 
-    /// The probability of choosing a light.
+    /// The probability of choosing a light from `reference`.
     #[inline]
-    pub fn probability(&self, light: usize) -> f32 {
+    pub fn probability(&self, reference: &Reference, light: usize) -> f32 {
+        let _ = reference;
         self.probabilities[light]
     }
 }

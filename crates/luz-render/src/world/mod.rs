@@ -7,7 +7,7 @@ pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
 use crate::chance::chance;
-use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
+use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
@@ -105,10 +105,10 @@ impl World {
         &self.statistics
     }
 
-    /// What lights are asked with.
+    /// What lights are asked with, when the directions they draw are combined as `combination` says.
     #[inline]
-    pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum) -> LightContext<'a> {
-        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted }
+    pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum, combination: Combination) -> LightContext<'a> {
+        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted, combination }
     }
 
     /// The area light with this number.

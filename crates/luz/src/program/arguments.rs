@@ -2,11 +2,13 @@
 
 use super::exit::EXIT_CODES;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share, SimdName,
     Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
+use luz::render::integrator::{Roulette, Technique};
+use luz::sample::mis::Heuristic;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -132,6 +134,21 @@ pub struct OverrideArguments {
     /// Film: gbuffer adds albedo, normals, position and depth to the EXR
     #[arg(long, value_name = "NAME")]
     pub film: Option<FilmName>,
+    /// Which techniques look for direct light: bsdf, light, both
+    #[arg(long, value_name = "NAME")]
+    pub technique: Option<Technique>,
+    /// How the techniques are combined: balance, power, power:BETA, cutoff, cutoff:ALPHA, maximum
+    #[arg(long, value_name = "HEURISTIC")]
+    pub mis: Option<Heuristic>,
+    /// How paths end before they are longest: none, throughput
+    #[arg(long, value_name = "NAME")]
+    pub roulette: Option<Roulette>,
+    /// Sample each pixel until its relative error is so small, but no more than --spp times: 2 %, say
+    #[arg(long, value_name = "ERROR")]
+    pub adaptive: Option<Share>,
+    /// Add to the EXR what each technique of finding direct light contributes, weighted and as if it were alone
+    #[arg(long)]
+    pub technique_images: bool,
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,

@@ -42,7 +42,7 @@ impl Progress {
             Self::Quiet => {}
             Self::Bar(bar) => {
                 bar.set_position(u64::from(renderer.samples_done()));
-                bar.set_message(format!(" · {}", state(renderer, samples_per_pixel)));
+                bar.set_message(format!(" · {}", state(renderer)));
             }
             Self::Lines(since) => {
                 if since.elapsed() >= LINE_EVERY {
@@ -51,7 +51,7 @@ impl Progress {
                     let elapsed = duration(renderer.cost().seconds);
                     eprintln!(
                         "{done}/{samples_per_pixel} samples · {elapsed} · {}",
-                        state(renderer, samples_per_pixel)
+                        state(renderer)
                     );
                 }
             }
@@ -66,10 +66,10 @@ impl Progress {
     }
 }
 
-fn state(renderer: &Renderer<'_>, samples_per_pixel: u32) -> String {
+fn state(renderer: &Renderer<'_>) -> String {
     let cost = renderer.cost();
-    let done = renderer.samples_done().max(1);
-    let left = cost.seconds / f64::from(done) * f64::from(samples_per_pixel.saturating_sub(done));
+    let done = renderer.progress();
+    let left = cost.seconds * (1.0 - done) / done.max(f64::MIN_POSITIVE);
     let rays = si(cost.rays_per_second());
     format!("{} left · {rays} rays/s · {}", duration(left), relative_error(renderer.film().relative_error()))
 }

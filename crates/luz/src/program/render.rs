@@ -72,6 +72,11 @@ fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
         integrator: wanted.integrator.map(|name| name.name().to_owned()),
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
+        technique_images: wanted.technique_images,
+        technique: wanted.technique,
+        heuristic: wanted.mis,
+        roulette: wanted.roulette,
+        adaptive: wanted.adaptive.map(|share| share.0),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
     };
     let simd = SimdLevel::from(arguments.simd);
@@ -162,7 +167,8 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
     // One comment: attributes without a place in the format's standard are written in any order, and equal pictures
     // should be equal files.
     let samples = renderer.samples_done();
-    text.insert("comments".to_owned(), format!("{samples} samples per pixel, seed {}", settings.seed));
+    let at_most = if settings.adaptive.is_some() { "at most " } else { "" };
+    text.insert("comments".to_owned(), format!("{at_most}{samples} samples per pixel, seed {}", settings.seed));
     Ok(image)
 }
 
@@ -175,6 +181,9 @@ fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
         progress::duration(report.seconds.render),
         progress::relative_error(report.relative_error.unwrap_or(f64::INFINITY)),
     ];
+    if report.settings.adaptive.is_some() {
+        parts[0] = format!("{:.1} samples per pixel, at most {}", report.mean_samples, report.samples);
+    }
     if report.stopped == Stopped::Interrupted {
         parts[0] =
             format!("interrupted after {} of {} samples per pixel", report.samples, report.settings.samples_per_pixel);

@@ -12,7 +12,7 @@ mod unheeded;
 use super::{ShapeInfo, World, WorldStatistics};
 use crate::bsdf::CoatWeights;
 use crate::camera::Camera;
-use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection};
+use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection};
 use crate::material::{Material, MaterialId, Scattering};
 use crate::settings::{Overrides, Settings};
 use glam::Mat4;
@@ -317,7 +317,12 @@ impl Builder {
     fn into_world(self, context: &mut Context<'_>, accelerator: Accelerator) -> Option<World> {
         let (center, radius) = accelerator.bounding_sphere();
         let emitted = EmittedSpectrum::default();
-        let light_context = LightContext { accelerator: &accelerator, emissions: &self.emissions, emitted: &emitted };
+        let light_context = LightContext {
+            accelerator: &accelerator,
+            emissions: &self.emissions,
+            emitted: &emitted,
+            combination: Combination::Alone,
+        };
         let powers: Vec<f64> = self.lights.iter().map(|light| light.power(light_context, radius)).collect();
         if powers.iter().all(|p| *p == 0.0) {
             context.diagnostics.push(

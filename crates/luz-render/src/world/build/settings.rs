@@ -2,7 +2,7 @@
 
 use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
-use crate::film::{Film, FilmKind, Filter, FilterKind, PixelBounds};
+use crate::film::{Film, FilmContents, FilmKind, FilmLayers, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
 use crate::light::ScaledSpectrum;
 use crate::settings::{Crop, Overrides, Settings};
@@ -43,9 +43,13 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
-    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(kind, bounds) {
+    let contents = FilmContents {
+        layers: FilmLayers { features: kind == FilmKind::GBuffer, techniques: overrides.technique_images },
+        halves: overrides.adaptive.is_some(),
+    };
+    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(contents, bounds) {
         let (width, height) = (bounds.width(), bounds.height());
-        let gigabytes = Film::bytes(kind, bounds) as f64 / 1e9;
+        let gigabytes = Film::bytes(contents, bounds) as f64 / 1e9;
         context.diagnostics.push(
             Diagnostic::error(
                 film.span,
@@ -63,6 +67,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         resolution,
         bounds,
         film: kind,
+        technique_images: overrides.technique_images,
         filter: overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter)),
         sensor,
         color_space: spectra::color_space(film.color_space),
@@ -71,6 +76,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         integrator: integrator(context, &description.integrator, overrides),
         sampler: sampler_kind,
         samples_per_pixel,
+        adaptive: overrides.adaptive,
         seed: overrides.seed.unwrap_or(seed as u64),
         filename: film.parameters.string("filename", context.diagnostics).map(str::to_owned),
     }
@@ -237,8 +243,9 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
     }
     PathIntegrator {
         max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),
-        heuristic: Heuristic::Power(2.0),
-        technique: Technique::Both,
+        heuristic: overrides.heuristic.unwrap_or(Heuristic::Power(2.0)),
+        technique: overrides.technique.unwrap_or(Technique::Both),
+        roulette: overrides.roulette.unwrap_or_default(),
         regularize: parameters.one_bool("regularize", false, context.diagnostics),
     }
 }

@@ -1,0 +1,141 @@
+//! Adaptive sampling towards a uniform relative error, without bias.
+//!
+//! Whoever stops sampling a pixel when its variance looks small stops too early where the bright samples have not come yet:
+//! the mean and the time of stopping depend on each other, and the picture gets darker. Here each pixel has two halves with
+//! independent samples. After a pilot of fixed length, each half's number of samples is decided by the *other* half's pilot,
+//! so that it is independent of the half's own values, and the mean of each half is unbiased; so is their mean with fixed
+//! weights (Kirk and Arvo 1991, "Unbiased sampling techniques for image synthesis", for the bias and for drawing anew).
+//!
+//! With the mean μ and the variance σ² of one sample, a pixel needs n = σ² / (ε² (μ² + 0.01)) samples for its relative error,
+//! as the relMSE of `luz compare` has it, to be ε. Both are taken from the pilots of a pixel's neighbours, too, since a pilot
+//! is short and may have missed what is rare.
+
+use crate::film::{Film, Pixel, PixelBounds};
+
+/// What is added to squared means, so that black pixels need no samples: as in relMSE.
+const DARKNESS: f64 = 0.01;
+/// A pilot has this share of the most that a half may get, within these bounds.
+const PILOT_SHARE: u32 = 8;
+const SHORTEST_PILOT: u32 = 16;
+const LONGEST_PILOT: u32 = 256;
+/// How far a pixel looks at its neighbours' pilots; only within tiles of this size, so that tiles can be rendered apart.
+const RADIUS: u32 = 2;
+/// Width and height of tiles.
+pub const TILE: u32 = 16;
+
+/// How many samples the halves of every pixel are to get.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum SampleLimits {
+    /// All the same.
+    Uniform(u32),
+    /// As many until the pilots are done.
+    Undecided { target: f64, pilot: u32, most: u32 },
+    /// For each pixel and half.
+    Decided { limits: Vec<[u32; 2]>, rounds: u32 },
+}
+
+impl SampleLimits {
+    /// At most `most` samples, fewer where the relative error `target` takes fewer.
+    pub fn new(target: Option<f64>, most: u32) -> Self {
+        let Some(target) = target else { return Self::Uniform(most) };
+        let pilot = (most / PILOT_SHARE).clamp(SHORTEST_PILOT, LONGEST_PILOT);
+        if pilot >= most { Self::Uniform(most) } else { Self::Undecided { target, pilot, most } }
+    }
+
+    /// The limit of one half of a pixel.
+    #[inline]
+    pub fn of(&self, pixel: usize, half: usize) -> u32 {
+        match self {
+            Self::Uniform(limit) => *limit,
+            Self::Undecided { pilot, .. } => *pilot,
+            Self::Decided { limits, .. } => limits[pixel][half],
+        }
+    }
+
+    /// The largest number of samples that some half gets, as far as it is known.
+    pub fn rounds(&self) -> u32 {
+        match self {
+            Self::Uniform(rounds) | Self::Undecided { most: rounds, .. } | Self::Decided { rounds, .. } => *rounds,
+        }
+    }
+
+    /// How many rounds may follow without [`decide`](Self::decide).
+    pub fn rounds_until_decision(&self, done: u32) -> u32 {
+        match self {
+            Self::Undecided { pilot, .. } => pilot.saturating_sub(done),
+            _ => self.rounds().saturating_sub(done),
+        }
+    }
+
+    /// The share of all samples that is done after so many rounds, as far as it is known.
+    pub fn progress(&self, done: u32) -> f64 {
+        match self {
+            Self::Uniform(rounds) | Self::Undecided { most: rounds, .. } => f64::from(done) / f64::from((*rounds).max(1)),
+            Self::Decided { limits, .. } => {
+                let count = |limit: &dyn Fn(u32) -> u32| limits.iter().flatten().map(|&l| u64::from(limit(l))).sum::<u64>();
+                count(&|limit| limit.min(done)) as f64 / count(&|limit| limit).max(1) as f64
+            }
+        }
+    }
+
+    /// Decides when the pilots are done.
+    pub fn decide(&mut self, done: u32, film: &Film) {
+        let Self::Undecided { target, pilot, most } = *self else { return };
+        if done < pilot {
+            return;
+        }
+        let needs = [0, 1].map(|half| needed(film, half, target));
+        let clamp = |needed: f64| if needed.is_finite() { (needed.ceil() as u32).clamp(pilot, most) } else { most };
+        // Crossed: each half obeys the other.
+        let limits: Vec<[u32; 2]> =
+            needs[1].iter().zip(&needs[0]).map(|(&first, &second)| [clamp(first / 2.0), clamp(second / 2.0)]).collect();
+        let rounds = limits.iter().flatten().copied().max().unwrap_or(pilot);
+        *self = Self::Decided { limits, rounds };
+    }
+}
+
+/// How many samples each pixel needs, after the pilots of one half.
+fn needed(film: &Film, half: usize, target: f64) -> Vec<f64> {
+    let bounds = film.bounds();
+    let pilots: Vec<[f64; 2]> = film.half(half).map(moments).collect();
+    let (width, height) = (bounds.width(), bounds.height());
+    let mut needed = Vec::with_capacity(pilots.len());
+    for y in 0..height {
+        for x in 0..width {
+            let (columns, rows) = (window(x, bounds.x0, width), window(y, bounds.y0, height));
+            let mut sums = [0.0; 2];
+            for row in rows {
+                for column in columns.clone() {
+                    let [variance, square] = pilots[(row * width + column) as usize];
+                    sums[0] += variance;
+                    sums[1] += square + DARKNESS;
+                }
+            }
+            needed.push(sums[0] / (target * target * sums[1]));
+        }
+    }
+    needed
+}
+
+/// Variance of one sample and squared mean, averaged over the channels.
+fn moments(pixel: &Pixel) -> [f64; 2] {
+    let average = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
+    let weight = pixel.weight();
+    let variance = average(pixel.variance()) * weight * weight / f64::from(pixel.count().max(1));
+    [variance, average(pixel.mean().map(|m| m * m))]
+}
+
+/// The neighbours of a place within the tile that it lies in, in coordinates of the film.
+fn window(place: u32, origin: u32, size: u32) -> std::ops::Range<u32> {
+    let tile = (place + origin) / TILE * TILE;
+    let first = place.saturating_sub(RADIUS).max(tile.saturating_sub(origin));
+    let end = (place + RADIUS + 1).min(tile + TILE - origin).min(size);
+    first..end
+}
+
+/// The tile that a pixel of the frame lies in, numbered row by row over the tiles of `bounds`.
+pub fn tile_of(bounds: PixelBounds, pixel: [u32; 2]) -> u32 {
+    let tiles = |from: u32, to: u32| to.div_ceil(TILE) - from / TILE;
+    let (column, row) = (pixel[0] / TILE - bounds.x0 / TILE, pixel[1] / TILE - bounds.y0 / TILE);
+    row * tiles(bounds.x0, bounds.x1) + column
+}

@@ -1,0 +1,181 @@
+//! Rendering as a sequence of passes.
+//!
+//! After every pass the film is consistent: it can be shown, saved, or left as it is. What a pixel receives is a pure
+//! function of scene, seed, pixel and sample number, and each pixel's sums run in the order of its samples; so neither
+//! the number of threads nor the size of the passes changes a single bit of the result.
+
+pub mod adaptive;
+mod sample;
+
+use crate::camera::Camera;
+use crate::film::Film;
+use crate::settings::Settings;
+use crate::world::World;
+use adaptive::SampleLimits;
+use luz_sample::random::hash;
+use luz_sample::{Sampler, SamplerConfig};
+use rayon::prelude::*;
+use sample::PixelSampler;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// What rendering has cost so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct RenderCost {
+    /// Camera samples: one path each.
+    pub paths: u64,
+    /// Rays that asked for the closest hit.
+    pub rays: u64,
+    /// Rays that asked for any hit.
+    pub shadow_rays: u64,
+    /// Wall-clock seconds spent in passes.
+    pub seconds: f64,
+}
+
+impl RenderCost {
+    /// All rays per second.
+    pub fn rays_per_second(&self) -> f64 {
+        if self.seconds > 0.0 { (self.rays + self.shadow_rays) as f64 / self.seconds } else { 0.0 }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.paths += other.paths;
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+    }
+}
+
+/// How long a pass should take, so that whoever watches or interrupts is answered soon.
+const PASS_TIME: Duration = Duration::from_millis(700);
+
+/// A render in progress.
+pub struct Renderer<'a> {
+    world: &'a World,
+    camera: &'a Camera,
+    settings: &'a Settings,
+    /// One for each half of the pixels.
+    samplers: Vec<Sampler>,
+    film: Film,
+    rounds_done: u32,
+    limits: SampleLimits,
+    cost: RenderCost,
+}
+
+impl<'a> Renderer<'a> {
+    /// A render of which no pass is done.
+    pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
+        let contents = settings.film_contents();
+        let rounds = settings.samples_per_pixel.div_ceil(contents.buffers() as u32);
+        let samplers = (0..contents.buffers() as u64)
+            .map(|half| {
+                let config = SamplerConfig {
+                    samples_per_pixel: rounds,
+                    resolution: settings.resolution,
+                    seed: if half == 0 { settings.seed } else { hash(settings.seed, half, 0, 0) },
+                };
+                Sampler::new(settings.sampler, config)
+            })
+            .collect();
+        Self {
+            world,
+            camera,
+            settings,
+            samplers,
+            film: Film::new(contents, settings.bounds),
+            rounds_done: 0,
+            limits: SampleLimits::new(settings.adaptive, rounds),
+            cost: RenderCost::default(),
+        }
+    }
+
+    /// What has been measured so far.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What has been measured, when no pass is to follow.
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
+    /// Samples per pixel done, of the pixels that have got most.
+    pub fn samples_done(&self) -> u32 {
+        self.rounds_done.saturating_mul(self.samplers.len() as u32).min(self.settings.samples_per_pixel)
+    }
+
+    /// What it has cost so far.
+    pub fn cost(&self) -> &RenderCost {
+        &self.cost
+    }
+
+    /// True when all samples are done.
+    pub fn is_finished(&self) -> bool {
+        self.rounds_done >= self.limits.rounds()
+    }
+
+    /// The share of the samples that are to be done which is done.
+    pub fn progress(&self) -> f64 {
+        self.limits.progress(self.rounds_done)
+    }
+
+    /// How many rounds the next pass should have, for it to take a moment. A round gives every pixel that is still sampled
+    /// one sample, or one in each of its halves.
+    pub fn next_pass(&self) -> u32 {
+        let left = self.limits.rounds_until_decision(self.rounds_done);
+        if self.rounds_done == 0 || self.cost.seconds <= 0.0 {
+            return left.min(1);
+        }
+        let per_round = self.cost.seconds / f64::from(self.rounds_done);
+        let fitting = (PASS_TIME.as_secs_f64() / per_round).clamp(1.0, 65536.0) as u32;
+        // Doubling at most: the first passes measure too little to be trusted far ahead.
+        left.min(fitting).min(self.rounds_done.saturating_mul(2))
+    }
+
+    /// Does the next `rounds` rounds.
+    pub fn pass(&mut self, rounds: u32) {
+        let end = self.rounds_done.saturating_add(rounds).min(self.limits.rounds());
+        while self.rounds_done < end {
+            let until = end - self.rounds_done;
+            self.pass_between_decisions(until.min(self.limits.rounds_until_decision(self.rounds_done)));
+        }
+    }
+
+    fn pass_between_decisions(&mut self, rounds: u32) {
+        let start = Instant::now();
+        let range = self.rounds_done..self.rounds_done + rounds;
+        let bounds = self.film.bounds();
+        let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
+        let limits = &self.limits;
+        let costs: Vec<RenderCost> = self
+            .film
+            .rows_mut()
+            .into_par_iter()
+            .enumerate()
+            .map(|(row, mut pixels)| {
+                let mut cost = RenderCost::default();
+                for column in 0..bounds.width() as usize {
+                    let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
+                    let number = row * bounds.width() as usize + column;
+                    for half in 0..task.halves() {
+                        for sample in range.start..range.end.min(limits.of(number, half)) {
+                            task.sample(pixel, half, sample, &mut pixels, column, &mut cost);
+                        }
+                    }
+                }
+                cost
+            })
+            .collect();
+        costs.iter().for_each(|cost| self.cost.add(cost));
+        self.rounds_done = range.end;
+        self.limits.decide(self.rounds_done, &self.film);
+        self.cost.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Renders all passes that are left.
+    pub fn finish(&mut self) {
+        while !self.is_finished() {
+            let rounds = self.next_pass();
+            self.pass(rounds);
+        }
+    }
+}
