@@ -49,10 +49,7 @@ impl Progress {
                     *since = Instant::now();
                     let done = renderer.samples_done();
                     let elapsed = duration(renderer.cost().seconds);
-                    eprintln!(
-                        "{done}/{samples_per_pixel} samples · {elapsed} · {}",
-                        state(renderer)
-                    );
+                    eprintln!("{done}/{samples_per_pixel} samples · {elapsed} · {}", state(renderer));
                 }
             }
         }

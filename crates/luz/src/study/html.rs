@@ -37,6 +37,11 @@ pub fn note(text: &str) -> String {
     format!("<p class=\"note\">{}</p>\n", escape(text))
 }
 
+/// A paragraph that nobody should overlook.
+pub fn warning(text: &str) -> String {
+    format!("<p class=\"warning\">{}</p>\n", escape(text))
+}
+
 /// Something that most readers want folded away.
 pub fn details(summary: &str, html: &str) -> String {
     format!("<details><summary>{}</summary>\n{html}</details>\n", escape(summary))
@@ -156,7 +161,7 @@ mod tests {
         let safe = "&lt;script&gt;alert(&quot;1&quot;) &amp; &#39;x&#39;&lt;/script&gt;\u{fffd}";
         assert_eq!(escape(evil), safe);
         let mut page = Page::new(evil, evil);
-        page.section(evil, evil, &(paragraph(evil) + &note(evil) + &details(evil, "")));
+        page.section(evil, evil, &(paragraph(evil) + &note(evil) + &warning(evil) + &details(evil, "")));
         page.push(&findings(&[Finding { figure: evil.into(), what: evil.into(), remark: evil.into() }]));
         page.push(&alternatives(&[(evil, String::new())]));
         page.push(&download(evil, "text/csv", evil.as_bytes()));

@@ -10,6 +10,8 @@
 //! * [`number`]: numbers for people
 //! * [`statistics`]: fits of power laws, confidence intervals of means and of ratios
 //!
+//! Beside them, [`render`] studies variants of a rendering.
+//!
 //! A page is put together from strings of HTML:
 //!
 //! ```
@@ -34,5 +36,6 @@ pub mod html;
 pub mod number;
 pub mod picture;
 pub mod plot;
+pub mod render;
 pub mod statistics;
 pub mod table;
