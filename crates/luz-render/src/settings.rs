@@ -3,7 +3,7 @@
 use crate::bsdf::CoatWeights;
 use crate::film::{FilmContents, FilmKind, FilmLayers, Filter, PixelBounds};
 use crate::integrator::{PathIntegrator, Roulette, Technique};
-use crate::light::ScaledSpectrum;
+use crate::light::{LightSampler, ScaledSpectrum};
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
 use luz_sample::mis::Heuristic;
@@ -49,6 +49,7 @@ impl Settings {
         FilmContents {
             layers: FilmLayers { features: self.film == FilmKind::GBuffer, techniques: self.technique_images },
             halves: self.adaptive.is_some(),
+            signed: self.filter.is_signed(),
         }
     }
 }
@@ -79,6 +80,8 @@ pub struct Overrides {
     pub max_depth: Option<u32>,
     /// The integrator, by its name in scene files.
     pub integrator: Option<String>,
+    /// How lights are chosen.
+    pub light_sampler: Option<LightSampler>,
     /// The pixel filter.
     pub filter: Option<Filter>,
     /// What the film measures.

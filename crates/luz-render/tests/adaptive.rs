@@ -1,4 +1,4 @@
-//! Adaptive sampling is unbiased, and brings pixels to the same error.
+//! Adaptive sampling brings pixels to the same error. (That it is unbiased is tested where it is decided.)
 
 mod common;
 
@@ -6,7 +6,6 @@ use common::{load, overrides, render};
 use luz_render::Overrides;
 use luz_render::film::{Estimate, Film};
 use luz_sample::SamplerKind;
-use luz_sample::statistics::Running;
 
 /// A floor under a small bright lamp, half of which stands in the penumbra of a wall: pixels of very different variance.
 const SCENE: &str = r#"
@@ -30,24 +29,6 @@ fn adaptive(target: Option<f64>, samples: u32, seed: u64) -> Film {
         ..overrides([24, 16], samples)
     };
     render(&load(SCENE, &wanted))
-}
-
-fn sum(film: &Film) -> f64 {
-    film.estimates().map(|p| p.mean.iter().sum::<f64>()).sum()
-}
-
-/// The mean of many short adaptive renders against that of uniform ones, at |z| < 4. Stopping each pixel when its own
-/// variance is small fails this test by far: its z is below −20.
-#[test]
-fn the_number_of_samples_does_not_bias_the_mean() {
-    let measure = |target: Option<f64>, samples: u32, first: u64| {
-        let mut runs = Running::default();
-        (first..first + 300).for_each(|seed| runs.push(sum(&adaptive(target, samples, seed))));
-        runs
-    };
-    let (adaptive, uniform) = (measure(Some(0.2), 256, 0), measure(None, 64, 1000));
-    let z = (adaptive.mean() - uniform.mean()) / (adaptive.variance() / 300.0 + uniform.variance() / 300.0).sqrt();
-    assert!(z.abs() < 4.0, "z = {z}");
 }
 
 #[test]

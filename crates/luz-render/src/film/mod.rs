@@ -8,7 +8,7 @@ mod pixel;
 pub use bounds::PixelBounds;
 pub use filter::{Filter, FilterKind, FilterSample};
 pub use layers::{Features, FilmLayers, LayerSample, TechniqueShares};
-pub use pixel::{Estimate, Pixel};
+pub use pixel::{Estimate, Pixel, SignedSums};
 
 use luz_image::{Image, ImageError};
 use serde::Serialize;
@@ -29,12 +29,19 @@ pub struct FilmContents {
     pub layers: FilmLayers,
     /// Two independent halves of each pixel, each with sums of its own, so that one can decide how long the other is sampled.
     pub halves: bool,
+    /// Signed sums, for filters with negative lobes.
+    pub signed: bool,
 }
 
 impl FilmContents {
     /// How many independent sums each pixel has.
     pub fn buffers(self) -> usize {
         if self.halves { 2 } else { 1 }
+    }
+
+    fn pixel_bytes(self) -> usize {
+        let signed = if self.signed { size_of::<SignedSums>() } else { 0 };
+        self.buffers() * (size_of::<Pixel>() + signed) + self.layers.len() * size_of::<f64>()
     }
 }
 
@@ -45,6 +52,8 @@ pub struct Film {
     bounds: PixelBounds,
     /// The buffers of a pixel stand beside each other.
     pixels: Vec<Pixel>,
+    /// As many as pixels, or none.
+    signed: Vec<SignedSums>,
     layers: Vec<f64>,
 }
 
@@ -52,15 +61,21 @@ pub struct Film {
 pub struct FilmRow<'a> {
     contents: FilmContents,
     pixels: &'a mut [Pixel],
+    signed: &'a mut [SignedSums],
     layers: &'a mut [f64],
 }
 
 impl FilmRow<'_> {
-    /// The sums of a half of the pixel at column `x`, counted from the row's first pixel; there is but the first half unless
-    /// the film keeps two.
+    /// Adds a sample to a half of the pixel at column `x`, counted from the row's first pixel; `sign` is that of the pixel
+    /// filter. There is but the first half unless the film keeps two. Returns whether the sample was finite.
     #[inline]
-    pub fn pixel(&mut self, x: usize, half: usize) -> &mut Pixel {
-        &mut self.pixels[x * self.contents.buffers() + half]
+    pub fn add(&mut self, x: usize, half: usize, rgb: [f32; 3], sign: f32) -> bool {
+        let index = x * self.contents.buffers() + half;
+        let was_kept = self.pixels[index].add(rgb);
+        if let Some(signed) = self.signed.get_mut(index) {
+            signed.add(rgb, sign, was_kept);
+        }
+        was_kept
     }
 
     /// Adds to the layers at column `x`; `sign` is that of the pixel filter.
@@ -73,8 +88,7 @@ impl FilmRow<'_> {
 impl Film {
     /// The bytes of memory that a film takes.
     pub fn bytes(contents: FilmContents, bounds: PixelBounds) -> usize {
-        let layers = contents.layers.len() * size_of::<f64>();
-        bounds.area().saturating_mul(contents.buffers() * size_of::<Pixel>() + layers)
+        bounds.area().saturating_mul(contents.pixel_bytes())
     }
 
     /// Can the memory for a film be had? (It is asked for and given back.)
@@ -84,8 +98,14 @@ impl Film {
 
     /// A black film without samples.
     pub fn new(contents: FilmContents, bounds: PixelBounds) -> Self {
-        let pixels = vec![Pixel::default(); bounds.area() * contents.buffers()];
-        Self { contents, bounds, pixels, layers: vec![0.0; bounds.area() * contents.layers.len()] }
+        let buffers = bounds.area() * contents.buffers();
+        Self {
+            contents,
+            bounds,
+            pixels: vec![Pixel::default(); buffers],
+            signed: vec![SignedSums::default(); if contents.signed { buffers } else { 0 }],
+            layers: vec![0.0; bounds.area() * contents.layers.len()],
+        }
     }
 
     /// What is kept.
@@ -100,7 +120,11 @@ impl Film {
 
     /// What is known of each pixel, row by row.
     pub fn estimates(&self) -> impl ExactSizeIterator<Item = Estimate> {
-        self.pixels.chunks_exact(self.contents.buffers()).map(Estimate::of_halves)
+        let buffers = self.contents.buffers();
+        self.pixels.chunks_exact(buffers).enumerate().map(move |(i, halves)| {
+            let signed = self.contents.signed.then(|| &self.signed[i * buffers..(i + 1) * buffers]);
+            Estimate::of_halves(halves, signed)
+        })
     }
 
     /// The sums of one half of the pixels, row by row.
@@ -111,10 +135,17 @@ impl Film {
     /// The film's rows, to be written independently of each other.
     pub fn rows_mut(&mut self) -> Vec<FilmRow<'_>> {
         let (contents, width) = (self.contents, self.bounds.width() as usize);
+        let buffers = (width * contents.buffers()).max(1);
+        let mut signed = self.signed.chunks_exact_mut(buffers);
         let mut layers = self.layers.chunks_exact_mut((width * contents.layers.len()).max(1));
         self.pixels
-            .chunks_exact_mut((width * contents.buffers()).max(1))
-            .map(|pixels| FilmRow { contents, pixels, layers: layers.next().unwrap_or_default() })
+            .chunks_exact_mut(buffers)
+            .map(|pixels| FilmRow {
+                contents,
+                pixels,
+                signed: signed.next().unwrap_or_default(),
+                layers: layers.next().unwrap_or_default(),
+            })
             .collect()
     }
 

@@ -117,8 +117,11 @@ pub trait PathObserver {
     /// Something has happened.
     fn observe(&mut self, event: PathEvent<'_>, wavelengths: &Wavelengths);
 
-    /// Takes over an attempt at direct light at the first vertex, which the integrator then leaves out of the radiance. `f` is
-    /// what arrives at the camera per density; densities in solid angle.
+    /// Takes over an attempt at direct light at the first vertex, which the integrator then leaves out of the radiance.
+    ///
+    /// `f` is what arrives at the camera, not divided by a density; the densities are in solid angle. Each technique makes one
+    /// attempt, unless the camera's ray meets nothing that scatters other than specularly or whose densities are not exact;
+    /// attempts that find nothing, or light that the other technique cannot find, are not offered.
     #[inline]
     fn take_direct(&mut self, _found_by: FoundBy, _f: SampledSpectrum, _light_pdf: f32, _bsdf_pdf: f32) -> bool {
         false

@@ -8,7 +8,7 @@ use super::roulette::Roulette;
 use super::technique::Technique;
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
-use crate::light::{Combination, EmittedSpectrum, LightContext};
+use crate::light::{Combination, EmittedSpectrum, LightContext, Target};
 use crate::material::Shading;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
@@ -59,6 +59,8 @@ struct Departure {
     /// Density of the direction in solid angle; `None` after the camera and after specular scattering, which light
     /// sampling cannot imitate.
     pdf: Option<f32>,
+    /// May direct light be left to the observer? It may at the first vertex, where densities are exact.
+    is_offered: bool,
 }
 
 /// The growing end of a path.
@@ -119,7 +121,7 @@ impl PathTracer<'_> {
             ray,
             throughput: SampledSpectrum::ONE,
             eta_scale: 1.0,
-            departure: Departure { reference: Reference::point(ray.origin), pdf: None },
+            departure: Departure { reference: Reference::point(ray.origin), pdf: None, is_offered: false },
             depth: 0,
             passages: 0,
             has_scattered: false,
@@ -252,6 +254,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             departure: Departure {
                 reference: Reference::surface(surface.position, shading.frame.n),
                 pdf: departure_pdf(&shading.bsdf, wo, &sample),
+                is_offered: is_offered(branch, shading),
             },
             depth,
             passages: branch.passages,
@@ -262,7 +265,13 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
 
     /// Adds light that the BSDF has found, which light sampling would have found with density `light_pdf`.
     #[inline(always)]
-    fn add_found(&mut self, branch: &Branch, emitted: SampledSpectrum, light_pdf: impl FnOnce(&Self) -> f32) {
+    fn add_found(
+        &mut self,
+        branch: &Branch,
+        emitted: SampledSpectrum,
+        is_offered: bool,
+        light_pdf: impl FnOnce(&Self) -> f32,
+    ) {
         let alone = branch.throughput * emitted;
         let (weight, light_pdf) = match (branch.departure.pdf, self.tracer.settings.technique) {
             (None, _) => (1.0, None),
@@ -270,7 +279,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             (_, Technique::Light) => (0.0, None),
             (Some(pdf), Technique::Both) => {
                 let light_pdf = light_pdf(self);
-                if branch.depth == 1 && self.observer.take_direct(FoundBy::Bsdf, alone * pdf, light_pdf, pdf) {
+                if is_offered && self.observer.take_direct(FoundBy::Bsdf, alone * pdf, light_pdf, pdf) {
                     return;
                 }
                 (self.tracer.settings.heuristic.weight2(1.0, pdf, 1.0, light_pdf), Some(light_pdf))
@@ -295,8 +304,10 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             let light = &world.lights()[number as usize];
             let emitted = light.radiance_infinite(reference, direction, self.wavelengths);
             if !emitted.is_black() {
-                self.add_found(branch, emitted, |walk| {
-                    world.light_selection().probability(reference, number as usize)
+                // A direction meets all of several infinite lights, but offers one technique's sample at most.
+                let is_offered = branch.departure.is_offered && world.infinite_lights().len() == 1;
+                self.add_found(branch, emitted, is_offered, |walk| {
+                    world.light_selection().probability(walk.lights.combination, reference, number as usize)
                         * light.pdf_infinite(walk.lights, reference, direction)
                 });
             }
@@ -313,8 +324,8 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let emitted = self.lights.radiance(light, surface.geometric_normal, surface.uv, toward, self.wavelengths);
         if !emitted.is_black() {
             let reference = &branch.departure.reference;
-            self.add_found(branch, emitted, |walk| {
-                world.light_selection().probability(reference, number as usize)
+            self.add_found(branch, emitted, branch.departure.is_offered, |walk| {
+                world.light_selection().probability(walk.lights.combination, reference, number as usize)
                     * light.pdf(walk.lights, reference, surface)
             });
         }
@@ -334,7 +345,8 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
         // stratified: the triangles of a lamp share one pattern.
         let reference = Reference::surface(surface.position, shading.frame.n);
-        let Some((number, probability, u_x)) = world.light_selection().sample(&reference, u.x) else { return };
+        let chosen = world.light_selection().sample(self.lights.combination, &reference, u.x);
+        let Some((number, probability, u_x)) = chosen else { return };
         let light = &world.lights()[number];
         let u = Vec2::new(u_x, u.y);
         let Some(arriving) = light.sample(self.lights, &reference, u, self.wavelengths) else { return };
@@ -363,7 +375,10 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let pdf = probability * arriving.pdf;
         let is_shared = settings.technique == Technique::Both && !arriving.is_delta;
         let found = branch.throughput * f * arriving.radiance;
-        if is_shared && branch.depth == 0 && self.observer.take_direct(FoundBy::Light, found, pdf, bsdf_pdf) {
+        let is_offered = is_shared
+            && is_offered(branch, shading)
+            && (arriving.target != Target::Infinity || world.infinite_lights().len() == 1);
+        if is_offered && self.observer.take_direct(FoundBy::Light, found, pdf, bsdf_pdf) {
             return;
         }
         let weight = if is_shared { settings.heuristic.weight2(1.0, pdf, 1.0, bsdf_pdf) } else { 1.0 };
@@ -377,6 +392,12 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }));
         self.radiance += found * (weight / pdf);
     }
+}
+
+/// May the direct light of a vertex be left to an observer?
+#[inline(always)]
+fn is_offered(branch: &Branch, shading: &Shading<'_>) -> bool {
+    branch.depth == 0 && shading.bsdf.has_exact_pdf()
 }
 
 /// The density by which multiple importance sampling judges a direction drawn from a BSDF.

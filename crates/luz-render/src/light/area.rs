@@ -1,10 +1,10 @@
 //! Surfaces that emit.
 
-use super::{LightContext, LightSample, ScaledSpectrum, Target};
-use crate::texture::{Pyramid, SpectrumImage};
+use super::{LightBounds, LightContext, LightSample, ScaledSpectrum, Target};
+use crate::texture::SpectrumImage;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Reference, ShapeId, SurfacePoint};
+use luz_geometry::{Bounds3, Reference, ShapeId, SurfacePoint};
 use std::f64::consts::PI;
 
 /// What an emitting surface radiates, shared by all its primitives.
@@ -25,23 +25,17 @@ impl Emission {
         self.two_sided || normal.dot(outgoing) >= 0.0
     }
 
+    /// The mean of the image's channels and texels; 1 without.
+    pub(crate) fn mean_brightness(&self) -> f32 {
+        let mean = |image: &SpectrumImage| image.pyramid.mean().iter().map(|v| v.max(0.0)).sum::<f32>() / 3.0;
+        self.image.as_ref().map_or(1.0, mean)
+    }
+
     /// The radiance of the image at the given parameters.
     pub(super) fn image_radiance(&self, image: &SpectrumImage, uv: Vec2, wavelengths: &Wavelengths) -> SampledSpectrum {
         let rgb = image.pyramid.nearest(Vec2::new(uv.x, 1.0 - uv.y)).map(|v| v.max(0.0));
         image.spectrum(rgb, wavelengths) * self.radiance.scale
     }
-
-    /// Radiant exitance over π, averaged over the image, in photometric units.
-    fn weight(&self) -> f64 {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
-        let brightness = self.image.as_ref().map_or(1.0, |image| mean_brightness(&image.pyramid));
-        sides * brightness * self.radiance.weight()
-    }
-}
-
-/// The mean over the channels and texels of an image.
-pub(crate) fn mean_brightness(pyramid: &Pyramid<3>) -> f64 {
-    pyramid.mean().iter().map(|&v| f64::from(v.max(0.0))).sum::<f64>() / 3.0
 }
 
 /// One emitting primitive: a triangle or patch of a mesh, or a whole quadric.
@@ -55,6 +49,8 @@ pub struct AreaLight {
     pub emission: u32,
     /// Factor on the emission.
     pub scale: f32,
+    /// Mean over the light's area of the emission's image; 1 without.
+    pub brightness: f32,
 }
 
 impl AreaLight {
@@ -89,9 +85,34 @@ impl AreaLight {
         context.accelerator.pdf_solid_angle(reference, hit)
     }
 
+    /// Mean radiance times area, in photometric units.
+    fn strength(&self, context: LightContext<'_>) -> f64 {
+        let area = f64::from(context.accelerator.shape_area(ShapeId(self.shape), self.primitive));
+        let radiance = context.emissions[self.emission as usize].radiance.weight();
+        area * radiance * f64::from(self.scale) * f64::from(self.brightness)
+    }
+
     /// π A L, both sides counted.
     pub fn power(&self, context: LightContext<'_>) -> f64 {
-        let area = f64::from(context.accelerator.shape_area(ShapeId(self.shape), self.primitive));
-        PI * area * f64::from(self.scale) * context.emissions[self.emission as usize].weight()
+        let sides = if context.emissions[self.emission as usize].two_sided { 2.0 } else { 1.0 };
+        PI * sides * self.strength(context)
+    }
+
+    /// Where the light is and how it shines.
+    pub fn bounds(&self, context: LightContext<'_>) -> LightBounds {
+        let shape = context.accelerator.shape(ShapeId(self.shape));
+        let primitive = self.primitive as usize;
+        let strength = self.strength(context) as f32;
+        // A primitive that was skipped may have indices out of range.
+        let bounds = if strength > 0.0 { shape.bounds(primitive) } else { Bounds3::EMPTY };
+        let cone = if strength > 0.0 { shape.normal_cone(primitive) } else { None };
+        LightBounds {
+            bounds,
+            axis: cone.map_or(Vec3::Z, |cone| cone.axis),
+            cos_normals: cone.map_or(-1.0, |cone| cone.cos_angle),
+            cos_emission: 0.0,
+            strength,
+            two_sided: context.emissions[self.emission as usize].two_sided,
+        }
     }
 }

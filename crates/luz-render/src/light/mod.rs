@@ -1,16 +1,24 @@
 //! Lights: what they emit, and how points on them are drawn.
 
 mod area;
+mod bounds;
 mod distant;
+mod goniometric;
+mod hierarchy;
 mod infinite;
 mod point;
+mod projection;
 mod selection;
 
 pub use area::{AreaLight, Emission};
+pub use bounds::LightBounds;
 pub use distant::DistantLight;
+pub use goniometric::GoniometricLight;
+pub use hierarchy::LightHierarchy;
 pub use infinite::{ImageInfiniteLight, UniformInfiniteLight};
 pub use point::{PointLight, SpotLight};
-pub use selection::LightSelection;
+pub use projection::{ProjectionLight, Throw};
+pub use selection::{LightSampler, LightSelection};
 
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
@@ -79,6 +87,10 @@ pub enum Light {
     Point(PointLight),
     /// Radiates from a point into a cone.
     Spot(SpotLight),
+    /// Radiates from a point as an image of all directions says.
+    Goniometric(Box<GoniometricLight>),
+    /// Throws an image from a point.
+    Projection(Box<ProjectionLight>),
     /// Shines along one direction from infinitely far away.
     Distant(DistantLight),
     /// The same radiance from all around.
@@ -168,6 +180,8 @@ impl Light {
             Self::Area(light) => light.sample(context, reference, u, wavelengths),
             Self::Point(light) => light.sample(reference.position, wavelengths),
             Self::Spot(light) => light.sample(reference.position, wavelengths),
+            Self::Goniometric(light) => light.sample(reference.position, wavelengths),
+            Self::Projection(light) => light.sample(reference.position, wavelengths),
             Self::Distant(light) => Some(light.sample(wavelengths)),
             Self::UniformInfinite(light) => Some(light.sample(u, wavelengths)),
             Self::ImageInfinite(light) => light.sample(u, wavelengths),
@@ -181,7 +195,7 @@ impl Light {
         match self {
             Self::UniformInfinite(light) => light.pdf(),
             Self::ImageInfinite(light) => light.pdf(direction),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => 0.0,
+            _ => 0.0,
         }
     }
 
@@ -196,7 +210,7 @@ impl Light {
         match self {
             Self::UniformInfinite(light) => light.radiance(wavelengths),
             Self::ImageInfinite(light) => light.radiance(direction, wavelengths),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => SampledSpectrum::ZERO,
+            _ => SampledSpectrum::ZERO,
         }
     }
 
@@ -210,10 +224,34 @@ impl Light {
         match self {
             Self::Point(light) => light.power(),
             Self::Spot(light) => light.power(),
+            Self::Goniometric(light) => light.power(),
+            Self::Projection(light) => light.power(),
             Self::Distant(light) => light.power(scene_radius),
             Self::UniformInfinite(light) => light.power(scene_radius),
             Self::ImageInfinite(light) => light.power(scene_radius),
             Self::Area(light) => light.power(context),
+        }
+    }
+
+    /// Where the light is and how it shines; `None` for lights at infinity.
+    pub fn bounds(&self, context: LightContext<'_>) -> Option<LightBounds> {
+        match self {
+            Self::Point(light) => Some(light.bounds()),
+            Self::Spot(light) => Some(light.bounds()),
+            Self::Goniometric(light) => Some(light.bounds()),
+            Self::Projection(light) => Some(light.bounds()),
+            Self::Area(light) => Some(light.bounds(context)),
+            Self::Distant(_) | Self::UniformInfinite(_) | Self::ImageInfinite(_) => None,
+        }
+    }
+
+    /// The irradiance of a surface that faces a light at infinity, about, in photometric units; for choosing among
+    /// lights.
+    pub fn far_irradiance(&self, context: LightContext<'_>) -> f64 {
+        match self {
+            Self::Distant(light) => light.irradiance.weight(),
+            // What falls on a disk of area π r² in a scene of radius r = 1, over that area.
+            _ => self.power(context, 1.0) / std::f64::consts::PI,
         }
     }
 
@@ -222,6 +260,8 @@ impl Light {
         match self {
             Self::Point(_) => "point",
             Self::Spot(_) => "spot",
+            Self::Goniometric(_) => "goniometric",
+            Self::Projection(_) => "projection",
             Self::Distant(_) => "distant",
             Self::UniformInfinite(_) | Self::ImageInfinite(_) => "infinite",
             Self::Area(_) => "diffuse",

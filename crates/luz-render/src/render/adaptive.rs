@@ -120,9 +120,7 @@ fn needed(film: &Film, half: usize, target: f64) -> Vec<f64> {
 /// Variance of one sample and squared mean, averaged over the channels.
 fn moments(pixel: &Pixel) -> [f64; 2] {
     let average = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
-    let weight = pixel.weight();
-    let variance = average(pixel.variance()) * weight * weight / f64::from(pixel.count().max(1));
-    [variance, average(pixel.mean().map(|m| m * m))]
+    [average(pixel.sample_variance()), average(pixel.mean().map(|m| m * m))]
 }
 
 /// The neighbours of a place within the tile that it lies in, in coordinates of the film.
@@ -138,4 +136,69 @@ pub fn tile_of(bounds: PixelBounds, pixel: [u32; 2]) -> u32 {
     let tiles = |from: u32, to: u32| to.div_ceil(TILE) - from / TILE;
     let (column, row) = (pixel[0] / TILE - bounds.x0 / TILE, pixel[1] / TILE - bounds.y0 / TILE);
     row * tiles(bounds.x0, bounds.x1) + column
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::FilmContents;
+    use luz_sample::random::Random;
+    use luz_sample::statistics::Running;
+
+    const BOUNDS: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+
+    /// The mean of a pixel of rare bright samples; each half gets as many as the limits give the half that it `obeys`.
+    fn mean_of_pixel(seed: u64, obeys: [usize; 2]) -> f64 {
+        let mut film = Film::new(FilmContents { halves: true, ..Default::default() }, BOUNDS);
+        let mut limits = SampleLimits::new(Some(0.1), 256);
+        let mut random = [Random::new(seed, 0, 0), Random::new(seed, 1, 0)];
+        let mut done = 0;
+        while done < limits.rounds() {
+            let rounds = limits.rounds_until_decision(done);
+            for half in [0, 1] {
+                for _ in done..(done + rounds).min(limits.of(0, obeys[half])) {
+                    let value = if random[half].next_f64() < 0.05 { 20.0 } else { 0.1 };
+                    film.rows_mut()[0].add(0, half, [value; 3], 1.0);
+                }
+            }
+            done += rounds;
+            limits.decide(done, &film);
+        }
+        let mean = film.estimates().next().map(|pixel| pixel.mean[0]);
+        mean.unwrap_or_default()
+    }
+
+    /// |z| < 4 over 20,000 pixels; where each half decides for itself instead, z is below −20.
+    #[test]
+    fn crossed_decisions_do_not_bias_the_mean() {
+        let z = |obeys: [usize; 2]| {
+            let mut means = Running::default();
+            (0..20_000).for_each(|seed| means.push(mean_of_pixel(seed, obeys)));
+            (means.mean() - (0.05 * 20.0 + 0.95 * f64::from(0.1_f32))) / means.standard_error()
+        };
+        let (crossed, own) = (z([0, 1]), z([1, 0]));
+        assert!(crossed.abs() < 4.0, "z = {crossed}");
+        assert!(own < -20.0, "z = {own}: the test must be able to fail");
+    }
+
+    #[test]
+    fn windows_stay_within_their_tile() {
+        assert_eq!(window(0, 0, 40), 0..3);
+        assert_eq!(window(15, 0, 40), 13..16);
+        assert_eq!(window(16, 0, 40), 16..19);
+        assert_eq!(window(39, 0, 40), 37..40);
+        // The film begins at column 5 of the frame, its first tile has 11 columns.
+        assert_eq!(window(0, 5, 40), 0..3);
+        assert_eq!(window(10, 5, 40), 8..11);
+        assert_eq!(window(11, 5, 40), 11..14);
+    }
+
+    #[test]
+    fn tiles_are_numbered_row_by_row() {
+        let bounds = PixelBounds { x0: 5, y0: 20, x1: 40, y1: 50 };
+        assert_eq!(tile_of(bounds, [5, 20]), 0);
+        assert_eq!(tile_of(bounds, [39, 20]), 2);
+        assert_eq!(tile_of(bounds, [15, 32]), 3);
+        assert_eq!(tile_of(bounds, [39, 49]), 8);
+    }
 }

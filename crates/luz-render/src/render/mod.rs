@@ -5,15 +5,19 @@
 //! the number of threads nor the size of the passes changes a single bit of the result.
 
 pub mod adaptive;
+mod optimal;
 mod sample;
 
 use crate::camera::Camera;
 use crate::film::Film;
+use crate::integrator::{PathIntegrator, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use adaptive::SampleLimits;
+use luz_sample::mis::Heuristic;
 use luz_sample::random::hash;
 use luz_sample::{Sampler, SamplerConfig};
+use optimal::OptimalDirect;
 use rayon::prelude::*;
 use sample::PixelSampler;
 use serde::Serialize;
@@ -56,6 +60,8 @@ pub struct Renderer<'a> {
     /// One for each half of the pixels.
     samplers: Vec<Sampler>,
     film: Film,
+    /// What each pixel, or each of its halves, has learned of its direct light, where that is wanted.
+    optimal: Vec<OptimalDirect>,
     rounds_done: u32,
     limits: SampleLimits,
     cost: RenderCost,
@@ -65,6 +71,8 @@ impl<'a> Renderer<'a> {
     /// A render of which no pass is done.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
         let contents = settings.film_contents();
+        let PathIntegrator { heuristic, technique, .. } = settings.integrator;
+        let is_optimal = heuristic == Heuristic::Optimal && technique == Technique::Both;
         let rounds = settings.samples_per_pixel.div_ceil(contents.buffers() as u32);
         let samplers = (0..contents.buffers() as u64)
             .map(|half| {
@@ -82,6 +90,7 @@ impl<'a> Renderer<'a> {
             settings,
             samplers,
             film: Film::new(contents, settings.bounds),
+            optimal: vec![optimal::estimator(); if is_optimal { settings.bounds.area() * contents.buffers() } else { 0 }],
             rounds_done: 0,
             limits: SampleLimits::new(settings.adaptive, rounds),
             cost: RenderCost::default(),
@@ -146,19 +155,22 @@ impl<'a> Renderer<'a> {
         let bounds = self.film.bounds();
         let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
         let limits = &self.limits;
-        let costs: Vec<RenderCost> = self
-            .film
-            .rows_mut()
+        let width = bounds.width() as usize * task.halves();
+        let mut estimators = self.optimal.chunks_exact_mut(width.max(1));
+        let rows: Vec<_> =
+            self.film.rows_mut().into_iter().map(|pixels| (pixels, estimators.next().unwrap_or_default())).collect();
+        let costs: Vec<RenderCost> = rows
             .into_par_iter()
             .enumerate()
-            .map(|(row, mut pixels)| {
+            .map(|(row, (mut pixels, estimators))| {
                 let mut cost = RenderCost::default();
                 for column in 0..bounds.width() as usize {
                     let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
                     let number = row * bounds.width() as usize + column;
                     for half in 0..task.halves() {
                         for sample in range.start..range.end.min(limits.of(number, half)) {
-                            task.sample(pixel, half, sample, &mut pixels, column, &mut cost);
+                            let optimal = estimators.get_mut(column * task.halves() + half);
+                            task.sample(pixel, half, sample, &mut pixels, column, optimal, &mut cost);
                         }
                     }
                 }

@@ -1,6 +1,7 @@
 //! One sample of one pixel.
 
 use super::RenderCost;
+use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
 use crate::camera::Camera;
 use crate::film::{Features, FilmContents, FilmRow, LayerSample, TechniqueShares};
 use crate::integrator::{FoundBy, PathCost, PathEvent, PathObserver, PathTracer, Technique, Unwatched, Vertex};
@@ -41,6 +42,7 @@ impl<'a> PixelSampler<'a> {
         index: u32,
         row: &mut FilmRow<'_>,
         column: usize,
+        optimal: Option<&mut OptimalDirect>,
         cost: &mut RenderCost,
     ) {
         let settings = self.settings;
@@ -56,20 +58,21 @@ impl<'a> PixelSampler<'a> {
         let differentials = differentials.as_ref();
 
         let mut path_cost = PathCost::default();
-        let radiance = if self.contents.layers.is_empty() {
+        let mut direct = [0.0; 3];
+        let radiance = if self.contents.layers.is_empty() && optimal.is_none() {
             let observer = &mut Unwatched;
             self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, &mut path_cost)
         } else {
-            let mut observer = LayerObserver::new(settings, self.contents);
-            let radiance = self.tracer.radiance(
-                ray,
-                differentials,
-                &mut wavelengths,
-                &mut samples,
-                &mut observer,
-                &mut path_cost,
-            );
-            row.add_layers(column, &observer.finish(&wavelengths), filtered.sign);
+            let mut observer = SampleObserver::new(settings, self.contents, optimal.is_some());
+            let observed = &mut observer;
+            let radiance =
+                self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observed, &mut path_cost);
+            if !self.contents.layers.is_empty() {
+                row.add_layers(column, &observer.layers(&wavelengths), filtered.sign);
+            }
+            if let (Some(attempts), Some(optimal)) = (observer.attempts, optimal) {
+                direct = attempts.end_round(optimal, |f| settings.sensor.to_output_rgb(f, &wavelengths));
+            }
             radiance
         };
         cost.paths += 1;
@@ -77,29 +80,32 @@ impl<'a> PixelSampler<'a> {
         cost.shadow_rays += u64::from(path_cost.shadow_rays);
 
         let mut rgb = settings.sensor.to_output_rgb(radiance, &wavelengths);
+        rgb.iter_mut().zip(direct).for_each(|(sum, direct)| *sum += direct);
         let largest = rgb.into_iter().fold(f32::NEG_INFINITY, f32::max);
         if largest > settings.max_component {
             rgb = rgb.map(|v| v * (settings.max_component / largest));
         }
-        row.pixel(column, half).add(rgb, filtered.sign);
+        row.add(column, half, rgb, filtered.sign);
     }
 }
 
-/// Takes down what a film's layers keep of a path.
-struct LayerObserver<'a> {
+/// Takes down what a film and its pixels want to know of a path.
+struct SampleObserver<'a> {
     settings: &'a Settings,
     contents: FilmContents,
     features: Option<Features>,
     /// Spectra of the techniques' shares, weighted and alone.
     shares: [[SampledSpectrum; 2]; 2],
+    attempts: Option<DirectAttempts>,
 }
 
-impl<'a> LayerObserver<'a> {
-    fn new(settings: &'a Settings, contents: FilmContents) -> Self {
-        Self { settings, contents, features: None, shares: [[SampledSpectrum::ZERO; 2]; 2] }
+impl<'a> SampleObserver<'a> {
+    fn new(settings: &'a Settings, contents: FilmContents, takes_direct: bool) -> Self {
+        let attempts = takes_direct.then(DirectAttempts::default);
+        Self { settings, contents, features: None, shares: [[SampledSpectrum::ZERO; 2]; 2], attempts }
     }
 
-    fn finish(self, wavelengths: &Wavelengths) -> LayerSample {
+    fn layers(&self, wavelengths: &Wavelengths) -> LayerSample {
         let rgb = |shares: [SampledSpectrum; 2]| shares.map(|s| self.settings.sensor.to_output_rgb(s, wavelengths));
         let [weighted, alone] = self.shares.map(rgb);
         LayerSample {
@@ -123,23 +129,38 @@ impl<'a> LayerObserver<'a> {
     }
 }
 
-impl PathObserver for LayerObserver<'_> {
+impl PathObserver for SampleObserver<'_> {
+    #[inline]
     fn wants_vertex(&self) -> bool {
         self.contents.layers.features && self.features.is_none()
     }
 
+    #[inline]
     fn observe(&mut self, event: PathEvent<'_>, wavelengths: &Wavelengths) {
         match event {
-            PathEvent::Vertex(vertex) if self.wants_vertex() => self.features = Some(self.see(&vertex, wavelengths)),
+            PathEvent::Vertex(vertex) => {
+                if self.wants_vertex() {
+                    self.features = Some(self.see(&vertex, wavelengths));
+                }
+                if let Some(attempts) = &mut self.attempts
+                    && vertex.depth == 0
+                {
+                    attempts.meet(&vertex);
+                }
+            }
             PathEvent::Light(light) if self.contents.layers.techniques => {
-                let technique = match light.found_by {
-                    FoundBy::Bsdf => 0,
-                    FoundBy::Light => 1,
-                };
+                let technique = technique_index(light.found_by);
                 self.shares[0][technique] += light.alone * light.weight;
                 self.shares[1][technique] += light.alone;
             }
             _ => {}
         }
+    }
+
+    #[inline]
+    fn take_direct(&mut self, found_by: FoundBy, f: SampledSpectrum, light_pdf: f32, bsdf_pdf: f32) -> bool {
+        let Some(attempts) = &mut self.attempts else { return false };
+        attempts.add(found_by, f, light_pdf, bsdf_pdf);
+        true
     }
 }

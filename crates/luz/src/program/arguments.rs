@@ -142,7 +142,8 @@ pub struct OverrideArguments {
     /// Which techniques look for direct light: bsdf, light, both
     #[arg(long, value_name = "NAME")]
     pub technique: Option<Technique>,
-    /// How the techniques are combined: balance, power, power:BETA, cutoff, cutoff:ALPHA, maximum
+    /// How the techniques are combined: balance, power, power:BETA, cutoff, cutoff:ALPHA, maximum,
+    /// average, optimal
     #[arg(long, value_name = "HEURISTIC")]
     pub mis: Option<Heuristic>,
     /// How paths end before they are longest: none, throughput

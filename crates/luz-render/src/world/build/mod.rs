@@ -12,7 +12,9 @@ mod unheeded;
 use super::{ShapeInfo, World, WorldStatistics};
 use crate::bsdf::CoatWeights;
 use crate::camera::Camera;
-use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection};
+use crate::light::{
+    AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSampler, LightSelection,
+};
 use crate::material::{Material, MaterialId, Scattering};
 use crate::settings::{Overrides, Settings};
 use glam::Mat4;
@@ -76,7 +78,8 @@ pub fn build(
     builder.materials(&mut context);
     builder.add_shapes(&mut context);
     builder.add_lights(&mut context);
-    let world = builder.finish(&mut context)?;
+    let light_sampler = settings::light_sampler(&mut context, overrides);
+    let world = builder.finish(&mut context, light_sampler)?;
     (!context.diagnostics.has_errors()).then_some(Loaded { world, camera, settings })
 }
 
@@ -270,7 +273,7 @@ impl Builder {
         }
     }
 
-    fn finish(mut self, context: &mut Context<'_>) -> Option<World> {
+    fn finish(mut self, context: &mut Context<'_>, light_sampler: LightSampler) -> Option<World> {
         if context.diagnostics.has_errors() {
             return None;
         }
@@ -304,6 +307,7 @@ impl Builder {
                     primitive,
                     emission: emitter.emission,
                     scale,
+                    brightness: emission.mean_brightness(),
                 }));
             }
         }
@@ -311,10 +315,15 @@ impl Builder {
             *self.statistics.lights.entry(light.kind().to_owned()).or_default() += 1;
         }
         self.statistics.texture_bytes = self.textures.images.bytes() as u64;
-        self.into_world(context, accelerator)
+        self.into_world(context, accelerator, light_sampler)
     }
 
-    fn into_world(self, context: &mut Context<'_>, accelerator: Accelerator) -> Option<World> {
+    fn into_world(
+        self,
+        context: &mut Context<'_>,
+        accelerator: Accelerator,
+        light_sampler: LightSampler,
+    ) -> Option<World> {
         let (center, radius) = accelerator.bounding_sphere();
         let emitted = EmittedSpectrum::default();
         let light_context = LightContext {
@@ -323,14 +332,13 @@ impl Builder {
             emitted: &emitted,
             combination: Combination::Alone,
         };
-        let powers: Vec<f64> = self.lights.iter().map(|light| light.power(light_context, radius)).collect();
-        if powers.iter().all(|p| *p == 0.0) {
+        if self.lights.iter().all(|light| light.power(light_context, radius) == 0.0) {
             context.diagnostics.push(
                 Diagnostic::warning(None, "nothing in the scene gives light: the picture will be black")
                     .with_help("add a `LightSource` or an `AreaLightSource`"),
             );
         }
-        let selection = match LightSelection::by_power(&powers) {
+        let selection = match LightSelection::new(light_sampler, &self.lights, light_context, radius) {
             Ok(selection) => selection,
             Err(error) => {
                 context.diagnostics.error(None, format!("the lights' powers cannot be used: {error}"));

@@ -4,7 +4,7 @@ use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
 use crate::film::{Film, FilmContents, FilmKind, FilmLayers, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
-use crate::light::ScaledSpectrum;
+use crate::light::{LightSampler, ScaledSpectrum};
 use crate::settings::{Crop, Overrides, Settings};
 use crate::sphere_map::SphereMap;
 use glam::Vec2;
@@ -46,6 +46,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
     let contents = FilmContents {
         layers: FilmLayers { features: kind == FilmKind::GBuffer, techniques: overrides.technique_images },
         halves: overrides.adaptive.is_some(),
+        signed: false,
     };
     if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(contents, bounds) {
         let (width, height) = (bounds.width(), bounds.height());
@@ -241,6 +242,12 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
         let span = parameters.span("maxdepth");
         context.diagnostics.error(span, format!("`maxdepth` must not be negative: {max_depth}"));
     }
+    if overrides.heuristic == Some(Heuristic::Optimal) && overrides.technique_images {
+        context.diagnostics.push(
+            Diagnostic::error(None, "optimal weights are no weights of single samples: they have no technique images")
+                .with_help("`--mis balance` or `--mis power` have some"),
+        );
+    }
     PathIntegrator {
         max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),
         heuristic: overrides.heuristic.unwrap_or(Heuristic::Power(2.0)),
@@ -248,6 +255,18 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
         roulette: overrides.roulette.unwrap_or_default(),
         regularize: parameters.one_bool("regularize", false, context.diagnostics),
     }
+}
+
+/// How lights are chosen.
+pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) -> LightSampler {
+    let parameters = &context.description.integrator.parameters;
+    let default = LightSampler::default().to_string();
+    let name = parameters.string("lightsampler", context.diagnostics).unwrap_or(&default);
+    let named = name.parse().unwrap_or_else(|error: String| {
+        context.diagnostics.error(parameters.span("lightsampler"), error);
+        LightSampler::default()
+    });
+    overrides.light_sampler.unwrap_or(named)
 }
 
 pub(super) fn camera(context: &mut Context<'_>, description: &Description, resolution: [u32; 2]) -> Camera {
