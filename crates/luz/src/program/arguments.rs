@@ -9,6 +9,7 @@ use super::values::{
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
 use luz::render::integrator::{Roulette, Technique};
+use luz::render::light::LightSampler;
 use luz::sample::mis::Heuristic;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -139,6 +140,9 @@ pub struct OverrideArguments {
     /// Film: gbuffer adds albedo, normals, position and depth to the EXR
     #[arg(long, value_name = "NAME")]
     pub film: Option<FilmName>,
+    /// How lights are chosen: bvh, power, uniform
+    #[arg(long, value_name = "NAME")]
+    pub light_sampler: Option<LightSampler>,
     /// Which techniques look for direct light: bsdf, light, both
     #[arg(long, value_name = "NAME")]
     pub technique: Option<Technique>,

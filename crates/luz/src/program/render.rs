@@ -74,6 +74,7 @@ pub fn overrides(wanted: &OverrideArguments) -> Overrides {
         integrator: wanted.integrator.map(|name| name.name().to_owned()),
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
+        light_sampler: wanted.light_sampler,
         technique_images: wanted.technique_images,
         technique: wanted.technique,
         heuristic: wanted.mis,

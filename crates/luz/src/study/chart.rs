@@ -1,7 +1,8 @@
 //! Rows of intervals and of stacked bars. They are HTML, so that they fit any width and their text is text.
 
+use super::axis::{Mapping, Scale, ticks};
 use super::html::escape;
-use super::plot::{Mapping, Scale, key, ticks};
+use super::plot::key;
 use super::statistics::Interval;
 use std::fmt::Write;
 

@@ -31,6 +31,7 @@
 //! assert!(page.finish().starts_with("<!doctype html>"));
 //! ```
 
+mod axis;
 pub mod chart;
 pub mod html;
 pub mod number;

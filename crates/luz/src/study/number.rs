@@ -74,9 +74,9 @@ pub fn factor(value: f64) -> String {
     format!("{} ×", significant(value, 3))
 }
 
-/// A share of one as per cent: 12.3 %.
+/// A share of one as per cent, with two digits at least: 12 %, 0.34 %.
 pub fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{} %", significant(100.0 * share, 3)) } else { "–".to_owned() }
+    if share.is_finite() { format!("{} %", significant(100.0 * share, 2)) } else { "–".to_owned() }
 }
 
 /// A number with a true minus sign.
@@ -114,7 +114,8 @@ mod tests {
         assert_eq!(significant(0.0, 3), "0");
         assert_eq!(significant(f64::NAN, 3), "–");
         assert_eq!(factor(3.214), "3.21 ×");
-        assert_eq!(percent(0.123_45), "12.3 %");
+        assert_eq!(percent(0.123_45), "12 %");
+        assert_eq!(percent(0.95), "95 %");
         assert_eq!(power_of_ten(-45), "10⁻⁴⁵");
     }
 }

@@ -61,7 +61,7 @@
       const view = all(".view", gallery).find((v) => v.clientWidth > 0);
       const scale = view ? view.clientWidth * zoom * devicePixelRatio / width : zoom;
       gallery.classList.toggle("crisp", scale > 1.5);
-      if (readout) readout.textContent = zoom === 1 ? "whole" : zoom.toFixed(zoom < 10 ? 1 : 0) + " ×";
+      if (readout) readout.textContent = zoom === 1 ? "" : zoom.toFixed(zoom < 10 ? 1 : 0) + " ×";
     };
     // Keeps the point at (u, v) of a view, as fractions, where it is.
     const zoomTo = (wanted, u = 0.5, v = 0.5) => {

@@ -45,6 +45,13 @@ pub const AXES: &[AxisKind] = &[
         set: |o, v| parsed(v).map(|roulette| o.roulette = Some(roulette)),
     },
     AxisKind {
+        name: "light-sampler",
+        values: &["bvh", "power", "uniform"],
+        other: "",
+        changes_world: true,
+        set: |o, v| parsed(v).map(|sampler| o.light_sampler = Some(sampler)),
+    },
+    AxisKind {
         name: "sampler",
         values: &["independent", "stratified", "halton", "sobol", "zsobol"],
         other: "",
@@ -145,7 +152,8 @@ impl AxisKind {
 
     /// How a variant is called by this axis: values that say nothing alone bring the axis along.
     pub fn label(&self, value: &str) -> String {
-        let speaks = self.values.contains(&value) && !matches!(value, "on" | "off" | "none" | "average");
+        let is_ambiguous = AXES.iter().filter(|axis| axis.values.contains(&value)).count() > 1;
+        let speaks = self.values.contains(&value) && !is_ambiguous && !matches!(value, "on" | "none");
         if speaks || value.contains(':') { value.to_owned() } else { format!("{} {value}", self.name) }
     }
 }
@@ -215,5 +223,6 @@ mod tests {
         assert_eq!(label("mis", "power:3"), "power:3");
         assert_eq!(label("max-depth", "3"), "max-depth 3");
         assert_eq!(label("pbrt-coats", "on"), "pbrt-coats on");
+        assert_eq!(label("mis", "power"), "mis power");
     }
 }

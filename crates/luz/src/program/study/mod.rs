@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use luz::image::{Format, Image, ToneMap};
 use luz::render::Overrides;
 use luz::scene::{Diagnostics, SourceMap};
-use luz::study::number;
+use luz::study::number::significant;
 use luz::study::render::{
     Axis, Budget, Monitor, Outcome, PageOptions, Progress, ReferenceSource, Study, StudyError, Variant, product,
     run as run_study,
@@ -171,7 +171,9 @@ fn write(arguments: &StudyArguments, files: &Files, outcome: &Outcome) -> Result
             is_whole = false;
         }
     };
-    keep(&files.html, outcome.page(&options).map(String::into_bytes).map_err(|e| e.to_string()));
+    let page = outcome.page(&options).map(String::into_bytes).map_err(|e| e.to_string());
+    let page_bytes = page.as_ref().map_or(0, Vec::len);
+    keep(&files.html, page);
     keep(&files.json, outcome.to_json().map_err(|e| e.to_string()));
     keep(&files.csv, Ok(outcome.to_csv().into_bytes()));
     let mut written = vec![&files.html, &files.json, &files.csv];
@@ -185,7 +187,8 @@ fn write(arguments: &StudyArguments, files: &Files, outcome: &Outcome) -> Result
     }
     if !arguments.quiet {
         let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
-        print(&format!("{}wrote {}\n", summary(outcome), names.join(", ")));
+        let size = progress::bytes(page_bytes as u64);
+        print(&format!("{}wrote {} (the report has {size})\n", summary(outcome), names.join(", ")));
     }
     Ok(())
 }
@@ -197,22 +200,20 @@ fn summary(outcome: &Outcome) -> String {
     if outcome.interrupted {
         out += &format!("interrupted: {} of {} seeds are complete\n", outcome.seeds_done(), outcome.setup.seeds);
     }
-    for variant in &outcome.variants {
+    for (index, variant) in outcome.variants.iter().enumerate() {
         let s = &variant.summary;
-        let mse = s.mse.map_or("–".to_owned(), |i| number::significant(i.value, 3));
+        let mse = s.mse.map_or("–".to_owned(), |i| significant(i.value, 3));
         let efficiency = match s.efficiency {
+            _ if index == 0 => "efficiency 1".to_owned(),
             Some(i) if i.is_bounded() => {
-                format!(
-                    "efficiency {} ({} – {})",
-                    number::factor(i.value),
-                    number::significant(i.low, 3),
-                    number::significant(i.high, 3)
-                )
+                let [value, low, high] = [i.value, i.low, i.high].map(|v| significant(v, 3));
+                format!("efficiency {value} ({low} – {high})")
             }
-            Some(i) => format!("efficiency {}", number::factor(i.value)),
-            None => "efficiency not known".to_owned(),
+            Some(i) => format!("efficiency {}", significant(i.value, 3)),
+            None => "efficiency not known: its error is below the reference's".to_owned(),
         };
-        out += &format!("{:<longest$}  MSE {mse:<12}  {:>7.1} samples  {efficiency}\n", variant.name, s.samples);
+        let samples = significant(s.samples, 4);
+        out += &format!("{:<longest$}  {samples:>6} samples  MSE {mse:<12}  {efficiency}\n", variant.name);
     }
     out
 }

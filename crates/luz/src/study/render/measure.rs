@@ -126,7 +126,7 @@ mod tests {
         let mut film = Film::new(FilmContents::default(), PixelBounds { x0: 0, y0: 0, x1: 2, y1: 1 });
         for row in &mut film.rows_mut() {
             for (x, value) in values.into_iter().enumerate() {
-                row.pixel(x, 0).add([value; 3], 1.0);
+                row.add(x, 0, [value; 3], 1.0);
             }
         }
         film

@@ -337,8 +337,8 @@ pub(super) fn curve(runs: &[SeedRun], measure: Measure) -> Vec<CurvePoint> {
     let mut groups: Vec<Vec<&Checkpoint>> = first.checkpoints.iter().filter_map(|c| at(c.rounds)).collect();
     if let Some(ends) = runs.iter().map(|run| run.checkpoints.last()).collect::<Option<Vec<_>>>() {
         let samples = |group: &[&Checkpoint]| group.iter().map(|c| c.samples).sum::<f64>();
-        // Hardly further than the last one, the end takes its place.
-        if groups.last().is_some_and(|last| samples(&ends) < 1.15 * samples(last)) {
+        // The end takes the place of those that it is hardly further than.
+        while groups.last().is_some_and(|last| samples(&ends) < 1.15 * samples(last)) {
             groups.pop();
         }
         groups.push(ends);
