@@ -2,11 +2,12 @@
 
 use crate::bsdf::CoatWeights;
 use crate::film::{FilmContents, FilmKind, FilmLayers, Filter, PixelBounds};
-use crate::integrator::{PathIntegrator, Roulette, Technique};
+use crate::integrator::{PathIntegrator, Technique};
 use crate::light::{LightSampler, ScaledSpectrum};
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 
 /// How a scene is to be rendered.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@ mod common;
 use common::{load, mean, overrides, render};
 use luz_render::integrator::Technique;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 
 /// Lights and the material of the floor that they shine on.
 fn scene(lights: &str, material: &str) -> String {
@@ -140,6 +141,41 @@ fn every_heuristic_has_the_same_mean() {
                 let z = (other.0 - balance.0) / other.1.hypot(balance.1);
                 assert!(z.abs() < 4.5, "{light}, {name}, {heuristic}: z = {z}");
             }
+        }
+    }
+}
+
+/// A closed, bright box, a glass sphere and a glossy one in it: paths are long.
+const BOX: &str = r#"
+    LookAt 0 0 -0.95  0 0 0  0 1 0
+    Camera "perspective" "float fov" 90
+    Integrator "path" "integer maxdepth" 24
+    Sampler "independent"
+    WorldBegin
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0.3 0.6 0 Shape "sphere" "float radius" 0.1 AttributeEnd
+    Material "diffuse" "rgb reflectance" [0.8 0.8 0.7]
+    AttributeBegin ReverseOrientation Shape "sphere" AttributeEnd
+    AttributeBegin Material "dielectric" Translate -0.3 -0.3 0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
+    Material "conductor" "float roughness" 0.2
+    Translate 0.4 -0.4 0.1 Shape "sphere" "float radius" 0.25
+"#;
+
+/// z-tests of the whole picture's mean against paths that don't end early, |z| < 4.
+#[test]
+fn roulette_and_splitting_keep_the_mean() {
+    let measured = |roulette: Roulette, seed: u64| {
+        let wanted =
+            luz_render::Overrides { roulette: Some(roulette), seed: Some(seed), ..overrides([16, 12], 512) };
+        mean(&render(&load(BOX, &wanted)))
+    };
+    let none = measured(Roulette::None, 1);
+    for roulette in [Roulette::Throughput, Roulette::Efficiency] {
+        let other = measured(roulette, 2);
+        for channel in 0..3 {
+            let z = (other[channel].0 - none[channel].0) / other[channel].1.hypot(none[channel].1);
+            assert!(z.abs() < 4.0, "{roulette}: z = {z}");
+            // The test sees errors of a few per cent.
+            assert!(other[channel].1 < 0.01 * other[channel].0);
         }
     }
 }

@@ -3,8 +3,8 @@
 //! Kajiya 1986, "The Rendering Equation"; direct light is found both by drawing points on lights and by following the
 //! BSDF, combined by multiple importance sampling (Veach and Guibas 1995).
 
+use super::efficiency::{CAMERA_ACCOUNT, Ledger};
 use super::observer::{FoundBy, LightEvent, PathEnd, PathEvent, PathObserver, Vertex};
-use super::roulette::Roulette;
 use super::technique::Technique;
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
@@ -16,6 +16,7 @@ use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{Ray, Reference, SurfacePoint};
 use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::{Continuations, Limits, Roulette, throughput_survival};
 
 /// The path tracer's settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +50,11 @@ pub const BOUNCE_DIMENSIONS: u32 = 6;
 const ROULETTE_DIMENSION: u32 = 5;
 /// The branches of a split path draw from dimensions that are so far apart.
 const BRANCH_DIMENSIONS: u32 = BOUNCE_DIMENSIONS << 12;
+/// Paths shorter than this go on without roulette by throughput: what it saves early costs more in noise, stratified
+/// samples above all.
+const ROULETTE_DEPTH: u32 = 5;
+/// Paths that have so many branches still to be followed are not split any more.
+const MAX_BRANCHES: usize = 256;
 /// How often a path may pass through surfaces that do not scatter.
 const MAX_PASSAGES: u32 = 1000;
 
@@ -77,6 +83,16 @@ struct Branch {
     has_scattered: bool,
     /// The first of the dimensions that this branch draws from.
     dimension: u32,
+    /// Where the ledger, if there is one, enters what is found.
+    account: u32,
+}
+
+impl Branch {
+    /// The first dimension of the bounce to come.
+    #[inline(always)]
+    fn bounce_dimension(&self) -> u32 {
+        self.dimension.wrapping_add(BOUNCE_DIMENSIONS.wrapping_mul(self.depth))
+    }
 }
 
 /// A path tracer at work: its settings, and where light goes.
@@ -94,7 +110,7 @@ pub struct PathTracer<'a> {
 
 impl PathTracer<'_> {
     /// The radiance that arrives against `ray`, at `wavelengths` (of which all but one are given up at a dispersive
-    /// surface). `differentials` belong to `ray`.
+    /// surface). `differentials` belong to `ray`. Roulette by efficiency needs a ledger, and is that by throughput without.
     pub fn radiance<S: Samples, O: PathObserver>(
         &self,
         ray: Ray,
@@ -102,6 +118,7 @@ impl PathTracer<'_> {
         wavelengths: &mut Wavelengths,
         samples: &mut S,
         observer: &mut O,
+        ledger: Option<Ledger<'_>>,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
         let emitted = EmittedSpectrum::default();
@@ -112,6 +129,7 @@ impl PathTracer<'_> {
             wavelengths,
             samples,
             observer,
+            ledger,
             cost,
             radiance: SampledSpectrum::ZERO,
             waiting: Vec::new(),
@@ -126,6 +144,7 @@ impl PathTracer<'_> {
             passages: 0,
             has_scattered: false,
             dimension: CAMERA_DIMENSIONS,
+            account: CAMERA_ACCOUNT,
         };
         loop {
             if let Err(end) = walk.step(&mut branch, differentials) {
@@ -136,10 +155,15 @@ impl PathTracer<'_> {
                 }
                 match walk.waiting.pop() {
                     Some(next) => branch = next,
-                    None => return walk.radiance,
+                    None => break,
                 }
             }
         }
+        let Walk { ledger, radiance, .. } = walk;
+        if let Some(ledger) = ledger {
+            ledger.close();
+        }
+        radiance
     }
 }
 
@@ -150,11 +174,12 @@ struct Walk<'a, S, O> {
     wavelengths: &'a mut Wavelengths,
     samples: &'a mut S,
     observer: &'a mut O,
+    ledger: Option<Ledger<'a>>,
     cost: &'a mut PathCost,
     radiance: SampledSpectrum,
     /// Branches that are still to be followed.
     waiting: Vec<Branch>,
-    /// How many branches there have been beside the first.
+    /// How often the path has been split.
     splits: u32,
 }
 
@@ -164,11 +189,19 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         self.observer.observe(event, self.wavelengths);
     }
 
+    #[inline(always)]
+    fn enter(&mut self, account: u32, light: SampledSpectrum, rays: u32) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.enter(account, light, rays);
+        }
+    }
+
     /// Follows a branch to the next surface and beyond.
     #[inline(always)]
     fn step(&mut self, branch: &mut Branch, differentials: Option<&RayDifferentials>) -> Result<(), PathEnd> {
         let PathTracer { settings, world, camera, .. } = self.tracer;
         self.cost.rays += 1;
+        self.enter(branch.account, SampledSpectrum::ZERO, 1);
         self.observe(PathEvent::Ray { ray: &branch.ray, depth: branch.depth, throughput: branch.throughput });
         let Some(hit) = world.intersect(&branch.ray) else {
             self.infinite_light(branch);
@@ -202,21 +235,63 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         if settings.regularize && branch.has_scattered {
             shading.bsdf.regularize();
         }
-        let child = self.scatter(branch, &interaction.surface, &shading, branch.dimension)?;
-        *branch = child;
+        if self.ledger.is_none() {
+            *branch = self.scatter(branch, &interaction.surface, &shading, true)?;
+            return Ok(());
+        }
+        self.split(branch, &interaction.surface, &shading)
+    }
+
+    /// Goes on from a vertex as often as it is worth the rays.
+    fn split(
+        &mut self,
+        branch: &mut Branch,
+        surface: &SurfacePoint,
+        shading: &Shading<'_>,
+    ) -> Result<(), PathEnd> {
+        let known = self.ledger.as_ref().and_then(|ledger| ledger.expected(surface, branch.throughput));
+        let Continuations { count, weight } = match known {
+            Some(expected) => {
+                let expected = if self.waiting.len() < MAX_BRANCHES { expected } else { expected.min(1.0) };
+                self.samples.set_dimension(branch.bounce_dimension().wrapping_add(ROULETTE_DIMENSION));
+                let drawn = Continuations::draw(expected, self.samples.next_1d());
+                self.observe(PathEvent::Roulette { expected, continuations: drawn.count });
+                drawn
+            }
+            None => Continuations::ONE,
+        };
+        let mut parent = *branch;
+        parent.throughput *= weight;
+        let mut end = PathEnd::Roulette;
+        let mut last = None;
+        for i in 0..count {
+            if i > 0 {
+                self.splits = self.splits.wrapping_add(1);
+                parent.dimension = CAMERA_DIMENSIONS.wrapping_add(BRANCH_DIMENSIONS.wrapping_mul(self.splits));
+            }
+            if let Some(ledger) = &mut self.ledger {
+                parent.account = ledger.open(branch.account, surface, parent.throughput);
+            }
+            match self.scatter(&parent, surface, shading, known.is_none()) {
+                Ok(child) => self.waiting.extend(last.replace(child)),
+                Err(PathEnd::NotFinite) => return Err(PathEnd::NotFinite),
+                Err(why) => end = why,
+            }
+        }
+        *branch = last.ok_or(end)?;
         Ok(())
     }
 
-    /// Looks for direct light at a vertex, and goes on from it.
+    /// Looks for direct light at a vertex, and goes on from it, unless roulette by throughput ends the path.
     #[inline(always)]
     fn scatter(
         &mut self,
         branch: &Branch,
         surface: &SurfacePoint,
         shading: &Shading<'_>,
-        dimension: u32,
+        may_end: bool,
     ) -> Result<Branch, PathEnd> {
-        let first_dimension = dimension.wrapping_add(BOUNCE_DIMENSIONS * branch.depth);
+        let first_dimension = branch.bounce_dimension();
         self.samples.set_dimension(first_dimension);
         let light_u = self.samples.next_2d();
         let (lobe_u, direction_u) = (self.samples.next_1d(), self.samples.next_2d());
@@ -238,14 +313,15 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let depth = branch.depth + 1;
         let eta_scale =
             if sample.flags.is_transmission() { branch.eta_scale * sample.eta * sample.eta } else { branch.eta_scale };
-        if let Some(survival) = self.tracer.settings.roulette.survival(depth, throughput * eta_scale) {
+        if may_end && depth >= ROULETTE_DEPTH && self.tracer.settings.roulette != Roulette::None {
             self.samples.set_dimension(first_dimension.wrapping_add(ROULETTE_DIMENSION));
-            let survives = self.samples.next_1d() < survival;
-            self.observe(PathEvent::Roulette { expected: survival, continuations: u32::from(survives) });
-            if !survives {
+            let expected = throughput_survival((throughput * eta_scale).max_component(), &Limits::ROULETTE);
+            let Continuations { count, weight } = Continuations::draw(expected, self.samples.next_1d());
+            self.observe(PathEvent::Roulette { expected, continuations: count });
+            if count == 0 {
                 return Err(PathEnd::Roulette);
             }
-            throughput *= 1.0 / survival;
+            throughput *= weight;
         }
         Ok(Branch {
             ray: Ray::new(surface.offset_origin(direction), direction, branch.ray.time),
@@ -259,7 +335,8 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             depth,
             passages: branch.passages,
             has_scattered: branch.has_scattered || !sample.flags.is_specular(),
-            dimension,
+            dimension: branch.dimension,
+            account: branch.account,
         })
     }
 
@@ -293,6 +370,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             light_pdf,
             bsdf_pdf: branch.departure.pdf,
         }));
+        self.enter(branch.account, alone * weight, 0);
         self.radiance += alone * weight;
     }
 
@@ -361,6 +439,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             return;
         }
         self.cost.shadow_rays += 1;
+        self.enter(branch.account, SampledSpectrum::ZERO, 1);
         if !world.is_visible(surface, arriving.direction, arriving.target) {
             self.observe(PathEvent::Light(LightEvent {
                 found_by: FoundBy::Light,
@@ -390,6 +469,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             light_pdf: Some(pdf),
             bsdf_pdf: is_shared.then_some(bsdf_pdf),
         }));
+        self.enter(branch.account, found * (weight / pdf), 0);
         self.radiance += found * (weight / pdf);
     }
 }

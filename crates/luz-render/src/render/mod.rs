@@ -10,12 +10,14 @@ mod sample;
 
 use crate::camera::Camera;
 use crate::film::Film;
+use crate::integrator::efficiency::{EfficiencyGuide, Ledger, PixelRecord};
 use crate::integrator::{PathIntegrator, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use adaptive::SampleLimits;
 use luz_sample::mis::Heuristic;
 use luz_sample::random::hash;
+use luz_sample::roulette::Roulette;
 use luz_sample::{Sampler, SamplerConfig};
 use optimal::OptimalDirect;
 use rayon::prelude::*;
@@ -62,6 +64,9 @@ pub struct Renderer<'a> {
     film: Film,
     /// What each pixel, or each of its halves, has learned of its direct light, where that is wanted.
     optimal: Vec<OptimalDirect>,
+    /// What has been learned of how often paths should go on, where that is wanted, and what it knows of each pixel.
+    guide: Option<EfficiencyGuide>,
+    pixel_records: Vec<PixelRecord>,
     rounds_done: u32,
     limits: SampleLimits,
     cost: RenderCost,
@@ -71,7 +76,9 @@ impl<'a> Renderer<'a> {
     /// A render of which no pass is done.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
         let contents = settings.film_contents();
-        let PathIntegrator { heuristic, technique, .. } = settings.integrator;
+        let PathIntegrator { heuristic, technique, roulette, .. } = settings.integrator;
+        let (center, radius) = world.bounding_sphere();
+        let guide = (roulette == Roulette::Efficiency).then(|| EfficiencyGuide::new(center, radius));
         let is_optimal = heuristic == Heuristic::Optimal && technique == Technique::Both;
         let rounds = settings.samples_per_pixel.div_ceil(contents.buffers() as u32);
         let samplers = (0..contents.buffers() as u64)
@@ -91,6 +98,8 @@ impl<'a> Renderer<'a> {
             samplers,
             film: Film::new(contents, settings.bounds),
             optimal: vec![optimal::estimator(); if is_optimal { settings.bounds.area() * contents.buffers() } else { 0 }],
+            pixel_records: vec![PixelRecord::default(); if guide.is_some() { settings.bounds.area() } else { 0 }],
+            guide,
             rounds_done: 0,
             limits: SampleLimits::new(settings.adaptive, rounds),
             cost: RenderCost::default(),
@@ -130,7 +139,7 @@ impl<'a> Renderer<'a> {
     /// How many rounds the next pass should have, for it to take a moment. A round gives every pixel that is still sampled
     /// one sample, or one in each of its halves.
     pub fn next_pass(&self) -> u32 {
-        let left = self.limits.rounds_until_decision(self.rounds_done);
+        let left = self.rounds_until_decision();
         if self.rounds_done == 0 || self.cost.seconds <= 0.0 {
             return left.min(1);
         }
@@ -142,11 +151,17 @@ impl<'a> Renderer<'a> {
 
     /// Does the next `rounds` rounds.
     pub fn pass(&mut self, rounds: u32) {
-        let end = self.rounds_done.saturating_add(rounds).min(self.limits.rounds());
-        while self.rounds_done < end {
-            let until = end - self.rounds_done;
-            self.pass_between_decisions(until.min(self.limits.rounds_until_decision(self.rounds_done)));
+        let end = self.rounds_done.saturating_add(rounds);
+        // Decisions on the way can bring the end nearer.
+        while self.rounds_done < end && !self.is_finished() {
+            self.pass_between_decisions((end - self.rounds_done).min(self.rounds_until_decision()));
         }
+    }
+
+    /// How many rounds may follow before something is decided or learned from all that is known by then.
+    fn rounds_until_decision(&self) -> u32 {
+        let of_limits = self.limits.rounds_until_decision(self.rounds_done);
+        self.guide.as_ref().map_or(of_limits, |guide| of_limits.min(guide.epoch_end().saturating_sub(self.rounds_done)))
     }
 
     fn pass_between_decisions(&mut self, rounds: u32) {
@@ -157,12 +172,18 @@ impl<'a> Renderer<'a> {
         let limits = &self.limits;
         let width = bounds.width() as usize * task.halves();
         let mut estimators = self.optimal.chunks_exact_mut(width.max(1));
-        let rows: Vec<_> =
-            self.film.rows_mut().into_iter().map(|pixels| (pixels, estimators.next().unwrap_or_default())).collect();
+        let mut records = self.pixel_records.chunks_exact_mut((bounds.width() as usize).max(1));
+        let rows: Vec<_> = self
+            .film
+            .rows_mut()
+            .into_iter()
+            .map(|pixels| (pixels, estimators.next().unwrap_or_default(), records.next().unwrap_or_default()))
+            .collect();
+        let guide = self.guide.as_ref();
         let costs: Vec<RenderCost> = rows
             .into_par_iter()
             .enumerate()
-            .map(|(row, (mut pixels, estimators))| {
+            .map(|(row, (mut pixels, estimators, records))| {
                 let mut cost = RenderCost::default();
                 for column in 0..bounds.width() as usize {
                     let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
@@ -170,7 +191,8 @@ impl<'a> Renderer<'a> {
                     for half in 0..task.halves() {
                         for sample in range.start..range.end.min(limits.of(number, half)) {
                             let optimal = estimators.get_mut(column * task.halves() + half);
-                            task.sample(pixel, half, sample, &mut pixels, column, optimal, &mut cost);
+                            let ledger = guide.zip(records.get_mut(column)).map(|(g, record)| Ledger::new(g, record));
+                            task.sample(pixel, half, sample, &mut pixels, column, optimal, ledger, &mut cost);
                         }
                     }
                 }
@@ -180,6 +202,11 @@ impl<'a> Renderer<'a> {
         costs.iter().for_each(|cost| self.cost.add(cost));
         self.rounds_done = range.end;
         self.limits.decide(self.rounds_done, &self.film);
+        if let Some(guide) = &mut self.guide
+            && self.rounds_done >= guide.epoch_end()
+        {
+            guide.learn(self.rounds_done, &mut self.pixel_records, bounds.width() as usize);
+        }
         self.cost.seconds += start.elapsed().as_secs_f64();
     }
 

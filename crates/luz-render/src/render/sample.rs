@@ -4,6 +4,7 @@ use super::RenderCost;
 use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
 use crate::camera::Camera;
 use crate::film::{Features, FilmContents, FilmRow, LayerSample, TechniqueShares};
+use crate::integrator::efficiency::Ledger;
 use crate::integrator::{FoundBy, PathCost, PathEvent, PathObserver, PathTracer, Technique, Unwatched, Vertex};
 use crate::light::Combination;
 use crate::settings::Settings;
@@ -43,6 +44,7 @@ impl<'a> PixelSampler<'a> {
         row: &mut FilmRow<'_>,
         column: usize,
         optimal: Option<&mut OptimalDirect>,
+        ledger: Option<Ledger<'_>>,
         cost: &mut RenderCost,
     ) {
         let settings = self.settings;
@@ -61,12 +63,19 @@ impl<'a> PixelSampler<'a> {
         let mut direct = [0.0; 3];
         let radiance = if self.contents.layers.is_empty() && optimal.is_none() {
             let observer = &mut Unwatched;
-            self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, &mut path_cost)
+            self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, ledger, &mut path_cost)
         } else {
             let mut observer = SampleObserver::new(settings, self.contents, optimal.is_some());
             let observed = &mut observer;
-            let radiance =
-                self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observed, &mut path_cost);
+            let radiance = self.tracer.radiance(
+                ray,
+                differentials,
+                &mut wavelengths,
+                &mut samples,
+                observed,
+                ledger,
+                &mut path_cost,
+            );
             if !self.contents.layers.is_empty() {
                 row.add_layers(column, &observer.layers(&wavelengths), filtered.sign);
             }

@@ -8,9 +8,10 @@ use super::values::{
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
-use luz::render::integrator::{Roulette, Technique};
+use luz::render::integrator::Technique;
 use luz::render::light::LightSampler;
 use luz::sample::mis::Heuristic;
+use luz::sample::roulette::Roulette;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -150,7 +151,8 @@ pub struct OverrideArguments {
     /// average, optimal
     #[arg(long, value_name = "HEURISTIC")]
     pub mis: Option<Heuristic>,
-    /// How paths end before they are longest: none, throughput
+    /// How paths end before they are longest: none, throughput; or efficiency, which also splits them where that is
+    /// worth its rays (EARS)
     #[arg(long, value_name = "NAME")]
     pub roulette: Option<Roulette>,
     /// Sample each pixel until its relative error is so small, but no more than --spp times: 2 %, say

@@ -12,6 +12,7 @@ use luz_color::{Sensor, Spectrum, spectrum_to_photometric};
 use luz_geometry::AnimatedTransform;
 use luz_sample::SamplerKind;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
@@ -247,6 +248,17 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
             Diagnostic::error(None, "optimal weights are no weights of single samples: they have no technique images")
                 .with_help("`--mis balance` or `--mis power` have some"),
         );
+    }
+    if overrides.roulette == Some(Roulette::Efficiency) {
+        let mut refuse = |what: &str, why: &str| {
+            context.diagnostics.error(None, format!("roulette by efficiency does not go with {what}: {why}"));
+        };
+        if overrides.adaptive.is_some() {
+            refuse("adaptive sampling", "the halves of a pixel would no longer be independent");
+        }
+        if overrides.heuristic == Some(Heuristic::Optimal) {
+            refuse("optimal weights", "they want one sample of each technique");
+        }
     }
     PathIntegrator {
         max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),

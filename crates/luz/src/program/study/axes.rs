@@ -39,7 +39,7 @@ pub const AXES: &[AxisKind] = &[
     },
     AxisKind {
         name: "roulette",
-        values: &["none", "throughput"],
+        values: &["none", "throughput", "efficiency"],
         other: "",
         changes_world: false,
         set: |o, v| parsed(v).map(|roulette| o.roulette = Some(roulette)),
@@ -150,10 +150,11 @@ impl AxisKind {
         self.values.iter().copied().chain(other).collect::<Vec<_>>().join(", ")
     }
 
-    /// How a variant is called by this axis: values that say nothing alone bring the axis along.
-    pub fn label(&self, value: &str) -> String {
-        let is_ambiguous = AXES.iter().filter(|axis| axis.values.contains(&value)).count() > 1;
-        let speaks = self.values.contains(&value) && !is_ambiguous && !matches!(value, "on" | "none");
+    /// How a variant is called by this axis, where `axes` are all that are varied: values that say nothing alone, or that another
+    /// axis knows as well, bring the axis along.
+    pub fn label(&self, value: &str, axes: &[&Self]) -> String {
+        let is_ambiguous = axes.iter().any(|axis| axis.name != self.name && axis.values.contains(&value));
+        let speaks = self.values.contains(&value) && !is_ambiguous && !matches!(value, "on" | "off" | "none");
         if speaks || value.contains(':') { value.to_owned() } else { format!("{} {value}", self.name) }
     }
 }
@@ -218,11 +219,13 @@ mod tests {
 
     #[test]
     fn labels_speak_for_themselves() {
-        let label = |name: &str, value: &str| AxisKind::find(name).unwrap().label(value);
+        let axes = ["sampler", "mis", "max-depth", "pbrt-coats"].map(|name| AxisKind::find(name).unwrap());
+        let label = |name: &str, value: &str| AxisKind::find(name).unwrap().label(value, &axes);
         assert_eq!(label("sampler", "sobol"), "sobol");
         assert_eq!(label("mis", "power:3"), "power:3");
         assert_eq!(label("max-depth", "3"), "max-depth 3");
         assert_eq!(label("pbrt-coats", "on"), "pbrt-coats on");
-        assert_eq!(label("mis", "power"), "mis power");
+        assert_eq!(label("mis", "power"), "power");
+        assert_eq!(label("light-sampler", "power"), "light-sampler power");
     }
 }

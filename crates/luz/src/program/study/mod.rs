@@ -110,7 +110,7 @@ fn variants(base: &Overrides, axes: &[Axis]) -> Result<Vec<Variant>, String> {
             if kind.changes_world {
                 world += &format!("{}={value} ", kind.name);
             }
-            labels.push(kind.label(value));
+            labels.push(kind.label(value, &kinds));
             values.push(value.clone());
         }
         Ok(Variant { name: labels.join(" · "), values, overrides, world })

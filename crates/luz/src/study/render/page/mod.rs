@@ -93,7 +93,13 @@ impl Outcome {
                 out.push(Finding {
                     figure: factor(interval.value),
                     what: format!("as efficient as {}: {}", first.name, best.name),
-                    remark: format!("{}, by the MSE", interval_words(&interval, |v| significant(v, 3))),
+                    remark: format!(
+                        "by the MSE; {}{}",
+                        interval_words(&interval, |v| significant(v, 3)),
+                        best.summary
+                            .rel_efficiency
+                            .map_or(String::new(), |i| format!("; by the relMSE {}", factor(i.value)))
+                    ),
                 });
             }
         }
