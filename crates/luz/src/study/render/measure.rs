@@ -1,8 +1,10 @@
 //! How far a film is from the reference.
 
 use super::reference::Reference;
+use crate::study::statistics::{CONFIDENCE, Interval, student_t_quantile};
 use luz_image::metrics::RELATIVE_EPSILON;
 use luz_render::film::Film;
+use luz_sample::statistics::Running;
 use serde::Serialize;
 
 /// The errors of a picture, over all pixels and channels, less the reference's own.
@@ -94,24 +96,29 @@ impl Accumulator {
     }
 
     /// The part of the mean squared error that more samples do not lessen: the mean over pixels of (x̄ − r)² − s²/n − Var(r), with
-    /// the mean x̄ and the sample variance s² over n seeds. Unbiased, so it scatters around zero where there is no bias. `None`
-    /// with fewer than two seeds, or where the reference's own error is not known.
-    pub fn squared_bias(&self, reference: &Reference) -> Option<f64> {
+    /// the mean x̄ and the sample variance s² over n seeds. Unbiased, so it scatters around zero where there is no bias; the interval
+    /// comes from its scatter over the pixels, taken as independent. `None` with fewer than two seeds, or where the reference's own
+    /// error is not known.
+    pub fn squared_bias(&self, reference: &Reference) -> Option<Interval> {
+        let own = reference.own?.mse;
         let n = self.means.len() as f64;
         if self.means.len() < 2 {
             return None;
         }
-        let mut total = 0.0;
-        for ((sum, squares), target) in self.sum.iter().zip(&self.squares).zip(&reference.mean) {
-            if target.iter().all(|v| v.is_finite()) {
-                for c in 0..3 {
+        let of_pixel = |((sum, squares), target): ((&[f64; 3], &[f64; 3]), &[f64; 3])| {
+            let total: f64 = (0..3)
+                .map(|c| {
                     let mean = sum[c] / n;
                     let variance = (squares[c] / n - mean * mean).max(0.0) / (n - 1.0);
-                    total += (mean - target[c]).powi(2) - variance;
-                }
-            }
-        }
-        Some(total / (3.0 * reference.compared.max(1) as f64) - reference.own?.mse)
+                    (mean - target[c]).powi(2) - variance
+                })
+                .sum();
+            total / 3.0
+        };
+        let pixels = self.sum.iter().zip(&self.squares).zip(&reference.mean);
+        let all: Running = pixels.filter(|(_, r)| r.iter().all(|v| v.is_finite())).map(of_pixel).collect();
+        let (value, half) = (all.mean() - own, student_t_quantile(0.5 + 0.5 * CONFIDENCE, 1e6) * all.standard_error());
+        Some(Interval { value, low: value - half, high: value + half })
     }
 }
 
@@ -162,8 +169,8 @@ mod tests {
             biased.add(&film([1.5, 1.5]), &target);
             noisy.add(&film([1.0 + 0.5 * sign; 2]), &target);
         }
-        assert!((biased.squared_bias(&target).unwrap() - 0.25).abs() < 1e-12);
-        assert!((noisy.squared_bias(&target).unwrap() + 0.25).abs() < 1e-12);
+        assert!((biased.squared_bias(&target).unwrap().value - 0.25).abs() < 1e-12);
+        assert!((noisy.squared_bias(&target).unwrap().value + 0.25).abs() < 1e-12);
         assert_eq!(biased.means, [1.5, 1.5]);
         assert!((biased.relative_errors()[0] - (0.25f32 / 1.01).sqrt()).abs() < 1e-6);
         let mut one = Accumulator::new(&target);

@@ -138,7 +138,6 @@ pub fn run(study: &Study, monitor: &mut dyn Monitor) -> Result<Outcome, StudyErr
     let started = Instant::now();
     let mut prepared = Prepared::open(study, monitor)?;
     let mut seconds = Seconds { read: prepared.times.read, build: prepared.times.build, ..Seconds::default() };
-    let mut work = Work::new(study);
 
     // The file is read before anything long is done.
     let file = match &study.reference {
@@ -147,6 +146,7 @@ pub fn run(study: &Study, monitor: &mut dyn Monitor) -> Result<Outcome, StudyErr
     };
     let calibration = Instant::now();
     prepared.calibrate(study.budget);
+    let mut work = Work::new(study, &prepared);
     seconds.calibration = calibration.elapsed().as_secs_f64();
     let making = Instant::now();
     let reference = match (file, &study.reference) {
@@ -206,19 +206,23 @@ pub fn run(study: &Study, monitor: &mut dyn Monitor) -> Result<Outcome, StudyErr
 struct Work {
     /// Renders that are done.
     done: f64,
+    /// How many renders the reference is worth.
+    reference: f64,
     /// Renders in all.
     all: f64,
 }
 
 impl Work {
-    fn new(study: &Study) -> Self {
+    fn new(study: &Study, prepared: &Prepared) -> Self {
         let renders = study.variants.len() as f64 * f64::from(study.seeds);
         let techniques = if study.technique_images { study.variants.len() as f64 } else { 0.0 };
         let reference = match study.reference {
             ReferenceSource::File(_) => 0.0,
-            ReferenceSource::Render(_) => f64::from(REFERENCE_FACTOR),
+            ReferenceSource::Render(samples) => {
+                samples.map_or(f64::from(REFERENCE_FACTOR), |n| f64::from(n) / f64::from(prepared.longest().max(1)))
+            }
         };
-        Self { done: 0.0, all: renders + techniques + reference }
+        Self { done: 0.0, reference, all: renders + techniques + reference }
     }
 
     /// The share of all work, if `renders` more are done.

@@ -70,7 +70,7 @@ pub struct VariantSummary {
     /// The mean of the picture over that of the reference, less one; with the reference's own uncertainty, if it is known.
     pub brightness: Option<Interval>,
     /// The part of the MSE that more samples do not lessen; scatters around zero where there is none.
-    pub squared_bias: Option<f64>,
+    pub squared_bias: Option<Interval>,
     /// Samples that were left out because they were not finite, in all renders.
     pub dropped_samples: u64,
 }
@@ -144,7 +144,7 @@ pub struct Setup {
     pub threads: usize,
     /// The instructions that rays were traced with, as this crate calls them.
     pub simd: String,
-    /// Triangles and other shapes, with instances counted once.
+    /// Lights of the scene.
     pub lights: usize,
     /// Warnings about the scene.
     pub warnings: usize,

@@ -160,9 +160,9 @@ impl Reference {
             let done = renderers.iter().map(Renderer::progress).sum::<f64>() / f64::from(parts);
             let doing =
                 format!("reference: {} of {per_part} samples in each of {parts} parts", renderers[0].samples_done());
-            monitor.progress(&Progress { doing, done: work.share(done * f64::from(REFERENCE_FACTOR)) });
+            monitor.progress(&Progress { doing, done: work.share(done * work.reference) });
         }
-        work.done += f64::from(REFERENCE_FACTOR);
+        work.done += work.reference;
         let films: Vec<Vec<[f64; 3]>> =
             renderers.iter().map(|r| r.film().estimates().map(|pixel| pixel.mean).collect()).collect();
         let seconds = renderers.iter().map(|r| r.cost().seconds).sum();

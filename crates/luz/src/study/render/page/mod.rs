@@ -161,14 +161,15 @@ impl Outcome {
         }
         for variant in &self.variants {
             let summary = &variant.summary;
+            // Well beyond its scatter, and not to be overlooked.
             if let (Some(bias), Some(mse)) = (summary.squared_bias, summary.mse)
-                && bias > 0.2 * mse.value
-                && mse.value > 0.0
+                && bias.value - 2.0 * (bias.high - bias.value) > 0.0
+                && bias.value > 0.05 * mse.value
             {
                 out.push(format!(
-                    "{}: {} of the MSE does not shrink with more samples. It is biased, or does not show what the reference shows.",
+                    "{}: about {} of the MSE does not shrink with more samples. It is biased, or does not show what the reference shows.",
                     variant.name,
-                    percent((bias / mse.value).min(1.0))
+                    percent((bias.value / mse.value).min(1.0))
                 ));
             }
             if summary.dropped_samples > 0 {

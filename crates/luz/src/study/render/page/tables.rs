@@ -31,7 +31,10 @@ impl Outcome {
                 format!("{sign}{:.2}{half} %", 100.0 * b.value).replace('-', "−")
             });
             let bias = match (s.squared_bias, s.mse) {
-                (Some(bias), Some(mse)) if mse.value > 0.0 => percent((bias / mse.value).clamp(0.0, 1.0)),
+                (Some(bias), Some(mse)) if mse.value > 0.0 => {
+                    let [value, half] = [bias.value, bias.high - bias.value].map(|v| 100.0 * v / mse.value);
+                    format!("{value:.1} ± {half:.1} %").replace('-', "−")
+                }
                 _ => "–".to_owned(),
             };
             let slope = s.slopes_by_samples[0].map_or("–".to_owned(), |i| with_spread(&i));
@@ -49,7 +52,7 @@ impl Outcome {
             + &table(["Variant", "Slope", "Brightness", "Bias² / MSE", "Paths/s", "Rays/s"], &more)
             + &note(
                 "Means over the seeds. Brightness is the mean of the picture relative to the reference's, with the uncertainty of both. \
-                 Bias² is the part of the MSE that is the same for all seeds; without bias it scatters around zero.",
+                 Bias² is the part of the MSE that is the same for all seeds; without bias it scatters around zero (its interval takes pixels as independent).",
             )
     }
 
@@ -85,12 +88,15 @@ impl Outcome {
             };
             self.variants.iter().map(bar).collect()
         };
+        let group = |heading: &str, html: String| format!("<div><h3>{heading}</h3>\n{html}</div>\n");
+        let paths = bars(&["paths per second"], &rate(|v| v.summary.paths_per_second, "paths/s"), si);
+        let rays = bars(&["rays per second"], &rate(|v| v.summary.rays_per_second, "rays/s"), si);
+        let kinds = bars(&["to the closest hit", "to any hit (shadow rays)"], &per_path, |v| significant(v, 3));
         bars(&names, &whole, duration)
-            + "<h3>Paths per second</h3>\n"
-            + &bars(&["paths per second"], &rate(|v| v.summary.paths_per_second, "paths/s"), si)
-            + "<h3>Rays per second</h3>\n"
-            + &bars(&["rays per second"], &rate(|v| v.summary.rays_per_second, "rays/s"), si)
-            + "<h3>Rays per path</h3>\n"
-            + &bars(&["to the closest hit", "to any hit (shadow rays)"], &per_path, |v| significant(v, 3))
+            + "<div class=\"plots\">\n"
+            + &group("Paths per second", paths)
+            + &group("Rays per second", rays)
+            + &group("Rays per path", kinds)
+            + "</div>\n"
     }
 }
