@@ -31,6 +31,8 @@
 //! * [`geometry`]: vectors, transforms, shapes, ray intersection
 //! * [`scene`]: scenes as plain data, and their readers
 //! * [`render`]: world, textures, BSDFs, lights, cameras, film, integrators
+//!
+//! and [`study`]: what an estimator does, measured and shown on a page.
 
 pub use luz_color as color;
 pub use luz_geometry as geometry;
@@ -40,5 +42,6 @@ pub use luz_sample as sample;
 pub use luz_scene as scene;
 
 mod open;
+pub mod study;
 
 pub use open::{OpenTimes, Scene};

@@ -1,9 +1,10 @@
 //! The command line's grammar.
 
 use super::exit::EXIT_CODES;
+use super::study::StudyArguments;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share, SimdName,
-    Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
+    SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
@@ -25,6 +26,7 @@ Examples:
   luz render scenes/cornell-box.pbrt
   luz info scenes/cornell-box.pbrt
   luz compare cornell-box.exr reference.exr -o error.png
+  luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol --time 10s
 
 ";
 
@@ -49,6 +51,9 @@ pub enum Command {
     /// Compare an image with a reference
     #[command(after_help = COMPARE_HELP)]
     Compare(CompareArguments),
+    /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
+    #[command(after_help = super::study::help())]
+    Study(StudyArguments),
     /// Print a completion script for a shell
     #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
         luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]

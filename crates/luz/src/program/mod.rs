@@ -10,6 +10,7 @@ mod problems;
 mod progress;
 mod render;
 mod report;
+mod study;
 mod values;
 
 use arguments::{Arguments, Command};
@@ -30,6 +31,7 @@ pub fn run() -> Exit {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);

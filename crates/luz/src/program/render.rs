@@ -1,6 +1,6 @@
 //! `luz render`
 
-use super::arguments::RenderArguments;
+use super::arguments::{OverrideArguments, RenderArguments};
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::output::{self, default_outputs};
@@ -14,6 +14,7 @@ use luz::image::{Chromaticities, Image, ImageError, Placement, ToneMap};
 use luz::render::bsdf::CoatWeights;
 use luz::render::{Overrides, Renderer};
 use luz::scene::SceneErrors;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// Renders a scene and writes what was asked for.
@@ -25,7 +26,7 @@ pub fn run(arguments: &RenderArguments) -> Exit {
 
 fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     interrupt::install(arguments.quiet);
-    start_threads(arguments)?;
+    start_threads(arguments.threads)?;
     check_outputs(arguments.output.iter().map(|o| o.path.as_path()).chain(arguments.report.as_deref()))?;
     let scene = open(arguments)?;
     let outputs = if arguments.output.is_empty() {
@@ -45,8 +46,9 @@ fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     })
 }
 
-fn start_threads(arguments: &RenderArguments) -> Result<(), Exit> {
-    let threads = arguments.threads.map_or(0, |n| n.get() as usize);
+/// Starts as many threads as are wanted, or as the machine has.
+pub fn start_threads(wanted: Option<NonZeroU32>) -> Result<(), Exit> {
+    let threads = wanted.map_or(0, |n| n.get() as usize);
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
         problems::error(&format!("cannot start {threads} threads: {error}"));
         Exit::Usage
@@ -60,9 +62,9 @@ fn check_outputs<'a>(paths: impl Iterator<Item = &'a Path>) -> Result<(), Exit> 
     if found.is_empty() { Ok(()) } else { Err(Exit::Output) }
 }
 
-fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
-    let wanted = &arguments.overrides;
-    let overrides = Overrides {
+/// What the command line wants instead of what the scene says.
+pub fn overrides(wanted: &OverrideArguments) -> Overrides {
+    Overrides {
         resolution: wanted.resolution.map(|r| r.0),
         crop: wanted.crop.map(|c| c.0),
         samples_per_pixel: wanted.spp,
@@ -79,7 +81,11 @@ fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
         roulette: wanted.roulette,
         adaptive: wanted.adaptive.map(|share| share.0),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
-    };
+    }
+}
+
+fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
+    let overrides = overrides(&arguments.overrides);
     let simd = SimdLevel::from(arguments.simd);
     let scene = Scene::open_with(&arguments.scene, &overrides, simd).map_err(|errors| refuse(&errors))?;
     if !arguments.quiet {

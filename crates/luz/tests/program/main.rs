@@ -7,4 +7,5 @@ mod determinism;
 mod info;
 mod interrupt;
 mod render;
+mod study;
 mod support;
