@@ -47,7 +47,9 @@ fn at(i: u32, n: u32) -> Vec2 {
 fn passes(light: &ImageInfiniteLight, combination: Combination, factor: f64) -> bool {
     let wavelengths = Wavelengths::sample_visible(0.4);
     let sample = |u: Vec2| light.sample(combination, u, &wavelengths).map(|s| s.direction);
-    chi2_sphere(sample, |d| factor * f64::from(light.pdf(combination, d)), 200_000, 3).passes(SIGNIFICANCE)
+    // A direction drawn within rounding of a texel's border may fall into the next, which may be black.
+    let pdf = |d: Vec3| factor * f64::from(light.pdf(combination, d)) + 1e-9;
+    chi2_sphere(sample, pdf, 200_000, 3).passes(SIGNIFICANCE)
 }
 
 #[test]
@@ -69,7 +71,12 @@ fn samples_carry_their_own_density_and_radiance() {
         for combination in COMBINATIONS {
             let mut off = 0;
             for i in 0..1000 {
-                let sample = light.sample(combination, at(i, 1000), &wavelengths).expect("the map is not black");
+                let sample = light.sample(combination, at(i, 1000), &wavelengths);
+                // On a border of the density's support it is zero.
+                let Some(sample) = sample else {
+                    off += 1;
+                    continue;
+                };
                 // A direction within rounding of a texel's border may be looked up in the next texel.
                 let near = |a: f32, b: f32| (a - b).abs() <= 1e-3 * b.max(0.3);
                 off += i32::from(
