@@ -59,11 +59,17 @@ fn passes(tree: &TexelTree, polygon: &[Vec2], steer: fn(Vec2, f32) -> Steering, 
         }
     }
     let sum: f64 = expected.iter().sum();
-    assert!((sum - 1.0).abs() < 0.02, "{sum}");
-    expected.iter_mut().for_each(|e| *e *= SAMPLES as f64 / sum);
-    let mut observed = vec![0u64; BINS * BINS];
+    // Where a part has weight and only what is not of the polygon is the cause, nothing is drawn.
+    let lost = if sum < 0.98 { 1.0 - sum } else { 0.0 };
+    assert!(sum < 1.02 && lost < 0.5, "{sum}");
+    expected.iter_mut().for_each(|e| *e *= (1.0 - lost) * SAMPLES as f64 / sum);
+    expected.push(lost * SAMPLES as f64);
+    let mut observed = vec![0u64; BINS * BINS + 1];
     for i in 0..SAMPLES {
-        let (p, density) = tree.sample(polygon, Random::new(3, 0, i).next_2d(), steer).unwrap();
+        let Some((p, density)) = tree.sample(polygon, Random::new(3, 0, i).next_2d(), steer) else {
+            observed[BINS * BINS] += 1;
+            continue;
+        };
         assert!(density > 0.0);
         let bin = ((p - min) / size * BINS as f32).clamp(Vec2::ZERO, Vec2::splat(BINS as f32 - 0.5));
         observed[bin.y as usize * BINS + bin.x as usize] += 1;
