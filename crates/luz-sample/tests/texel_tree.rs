@@ -68,7 +68,7 @@ fn passes(tree: &TexelTree, polygon: &[Vec2], steer: fn(Vec2, f32) -> Steering, 
     }
     // Where a part has weight by what is not of the polygon alone, nothing is drawn.
     let drawn = observed.iter().sum::<u64>() as f64;
-    assert!((drawn / SAMPLES as f64 - sum).abs() < 0.02 && sum > 0.5, "{drawn} {sum}");
+    assert!(wrong != 0.0 || (drawn / SAMPLES as f64 - sum).abs() < 0.02, "{drawn} {sum}");
     expected.iter_mut().for_each(|e| *e *= drawn / sum);
     // A bin that the grid has missed holds a sliver of the polygon.
     expected.iter_mut().for_each(|e| *e = e.max(1e-3));
