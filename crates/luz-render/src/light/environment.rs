@@ -1,6 +1,6 @@
 //! Environment maps.
 
-use super::{Combination, LightSample, Target};
+use super::{Combination, LightSample, Target, brightness};
 use crate::sphere_map::SphereMap;
 use crate::texture::{SpectrumKind, TexelFilter};
 use glam::{IVec2, Vec2, Vec3};
@@ -135,7 +135,7 @@ impl SphereTexels {
     }
 
     fn brightness(&self) -> Vec<f32> {
-        self.texels.iter().map(|rgb| (rgb[0] + rgb[1] + rgb[2]) / 3.0).collect()
+        self.texels.iter().map(|rgb| brightness(*rgb)).collect()
     }
 
     /// The colour in a direction of the map's space.

@@ -10,9 +10,11 @@ mod infinite;
 mod point;
 mod portal;
 mod projection;
+mod screen;
 mod selection;
 
 pub use area::{AreaLight, Emission};
+pub(crate) use area::{brightness, shown};
 pub use bounds::LightBounds;
 pub use distant::DistantLight;
 pub use environment::ImageInfiniteLight;

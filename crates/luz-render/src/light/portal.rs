@@ -1,7 +1,7 @@
 //! Environment maps that are seen through a window.
 
 use super::environment::SphereTexels;
-use super::{LightBounds, LightSample, Target};
+use super::{LightBounds, LightSample, Target, brightness};
 use crate::texture::SpectrumKind;
 use glam::{Vec2, Vec3};
 use luz_color::{RgbColorSpace, SampledSpectrum, Spectrum, Wavelengths};
@@ -107,7 +107,7 @@ impl PortalInfiniteLight {
             let (direction, solid_angle) = portal.direction(Vec2::from(center(i)) / resolution as f32);
             let local = world_from_light.inverse().vector(direction).normalize();
             let rgb = texels.at(local);
-            let brightness = (rgb[0] + rgb[1] + rgb[2]) / 3.0;
+            let brightness = brightness(rgb);
             rectified.push(rgb);
             weights.push(brightness * solid_angle);
             let cosine = f64::from(direction.dot(portal.frame.n) * solid_angle);

@@ -299,15 +299,18 @@ impl Builder {
             self.shapes[emitter.shape as usize].first_light = Some(first);
             let entity = &context.description.area_lights[emitter.entity];
             let emission = &self.emissions[emitter.emission as usize];
+            let power = lights::PowerFactor::new(context, entity, emission);
+            let shape = accelerator.shape(ShapeId(emitter.shape));
             for primitive in 0..emitter.primitives {
+                // What was skipped has none, and is not to be looked at.
                 let area = accelerator.shape_area(ShapeId(emitter.shape), primitive);
-                let scale = lights::power_factor(context, entity, emission, area);
+                let index = primitive as usize;
                 self.lights.push(Light::Area(AreaLight {
                     shape: emitter.shape,
                     primitive,
                     emission: emitter.emission,
-                    scale,
-                    brightness: emission.mean_brightness(),
+                    scale: power.of(emission, shape, index, area),
+                    brightness: if area > 0.0 { emission.brightness_over(shape, index) } else { 0.0 },
                 }));
             }
         }
