@@ -163,7 +163,7 @@ fn images_at_a_point_have_their_power() {
 
 #[test]
 fn delta_lights_are_never_found_by_chance() {
-    let white = || ScaledSpectrum { spectrum: luz_color::Spectrum::Constant(1.0), scale: 1.0 };
+    let white = || ScaledSpectrum { spectrum: Spectrum::Constant(1.0), scale: 1.0 };
     let point = Light::Point(PointLight { position: Vec3::ONE, intensity: white() });
     assert_eq!((point.is_infinite(), point.kind()), (false, "point"));
     let sky = Light::UniformInfinite(UniformInfiniteLight { radiance: white() });

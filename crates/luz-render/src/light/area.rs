@@ -17,9 +17,11 @@ pub struct Emission {
     pub radiance: ScaledSpectrum,
     /// Colours over the surface's parameters, instead of the radiance's spectrum.
     pub image: Option<SpectrumImage>,
-    /// The brightness of the image, by which points are drawn, shared by all that shine with it; without, they are drawn
-    /// evenly.
+    /// The brightness of the image, by which points are drawn, shared by all that shine with it; without, all texels
+    /// are the same.
     pub tree: Option<Arc<TexelTree>>,
+    /// Whether points are drawn by the tree, or evenly all the same.
+    pub is_drawn_by_image: bool,
     /// True if both sides emit, not just the one that the geometric normal points to.
     pub two_sided: bool,
 }

@@ -74,7 +74,7 @@ fn solid_angle_density(density: f32, to: Vec3, normal: Vec3) -> f32 {
 impl AreaLight {
     fn screen<'a>(&self, context: LightContext<'a>, reference: &'a Reference) -> Option<Screen<'a>> {
         let emission = &context.emissions[self.emission as usize];
-        let tree = emission.tree.as_deref()?;
+        let tree = emission.tree.as_deref().filter(|_| emission.is_drawn_by_image)?;
         let shape = context.accelerator.shape(ShapeId(self.shape));
         let primitive = self.primitive as usize;
         let footprint = shape.uv_footprint(primitive)?;
@@ -83,7 +83,9 @@ impl AreaLight {
 
     /// Whether the light is drawn by its image.
     pub(super) fn is_drawn_by_image(&self, context: LightContext<'_>) -> bool {
-        context.emissions[self.emission as usize].tree.is_some()
+        let emission = &context.emissions[self.emission as usize];
+        emission.is_drawn_by_image
+            && emission.tree.is_some()
             && context.accelerator.shape(ShapeId(self.shape)).uv_footprint(self.primitive as usize).is_some()
     }
 

@@ -31,7 +31,13 @@ pub(in super::super) fn area_emission(
     let two_sided = parameters.one_bool("twosided", false, context.diagnostics);
     let Some(name) = parameters.string("filename", context.diagnostics) else {
         let spectrum = radiating(context, entity, "L");
-        return Some(Emission { radiance: emission(&spectrum, scale), image: None, tree: None, two_sided });
+        return Some(Emission {
+            radiance: emission(&spectrum, scale),
+            image: None,
+            tree: None,
+            is_drawn_by_image: false,
+            two_sided,
+        });
     };
     if parameters.contains("L") {
         context.diagnostics.error(parameters.span("L"), "an area light has either `L` or an image, not both");
@@ -50,7 +56,13 @@ pub(in super::super) fn area_emission(
     let (texels, size) = (light_texels(context, &raw, span), [raw.width(), raw.height()]);
     let tree = images.brightness_tree(&path, || texel_tree(&texels, size, brightness));
     let white = illuminant(image.color_space);
-    Some(Emission { radiance: emission(&white, scale), image: Some(image), tree, two_sided })
+    Some(Emission {
+        radiance: emission(&white, scale),
+        image: Some(image),
+        tree,
+        is_drawn_by_image: context.draws_by_images,
+        two_sided,
+    })
 }
 
 /// The tree over a number of each texel; `None` where it is the same for all.
