@@ -87,6 +87,11 @@ pub struct Overrides {
     pub integrator: Option<String>,
     /// How lights are chosen.
     pub light_sampler: Option<LightSampler>,
+    /// Whether environment maps leave dim directions to the BSDF where both are combined (MIS compensation); so if not
+    /// said.
+    pub mis_compensation: Option<bool>,
+    /// Whether points of surfaces that shine with an image are drawn by it; so if not said.
+    pub emission_images: Option<bool>,
     /// The pixel filter.
     pub filter: Option<Filter>,
     /// What the film measures.
