@@ -1,0 +1,82 @@
+//! The sums over neighbours by instruction set, chosen at run time.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod kernel;
+mod lanes;
+mod portable;
+
+use serde::Serialize;
+
+pub(crate) use self::kernel::{Group, Metric, Precision, RowJob};
+
+/// Which instructions the filter uses. Different ones round differently, in the last bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub enum SimdLevel {
+    /// The fastest that the machine has.
+    #[default]
+    Auto,
+    /// Portable code.
+    Scalar,
+    /// AVX2 and FMA, on x86-64.
+    Avx2,
+    /// AVX-512 (F, VL, BW, DQ), on x86-64.
+    Avx512,
+}
+
+/// An instruction set that is known to be present.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Level {
+    Scalar,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Level {
+    /// The best that is present and not above `wanted`.
+    pub fn choose(wanted: SimdLevel) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::is_x86_feature_detected as has;
+            let avx2 = has!("avx2") && has!("fma");
+            let avx512 = avx2 && has!("avx512f") && has!("avx512vl") && has!("avx512bw") && has!("avx512dq");
+            match wanted {
+                SimdLevel::Auto | SimdLevel::Avx512 if avx512 => return Self::Avx512,
+                SimdLevel::Auto | SimdLevel::Avx512 | SimdLevel::Avx2 if avx2 => return Self::Avx2,
+                _ => {}
+            }
+        }
+        let _ = wanted;
+        Self::Scalar
+    }
+
+    /// The public name.
+    pub fn name(self) -> SimdLevel {
+        match self {
+            Self::Scalar => SimdLevel::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => SimdLevel::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => SimdLevel::Avx512,
+        }
+    }
+
+    /// Filters a row; see [`RowJob`]. Does nothing but panic when the job reaches beyond the planes or the output.
+    pub fn filter_row(self, job: &RowJob<'_>, out: &mut [f32]) {
+        job.check(out.len());
+        match self {
+            // SAFETY: the portable lanes need nothing; the job was checked.
+            Self::Scalar => unsafe { kernel::filter_row::<portable::Portable>(job, out) },
+            // SAFETY: the level is chosen only where the instructions are present; the job was checked.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { avx2::filter_row(job, out) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => unsafe { avx512::filter_row(job, out) },
+        }
+    }
+}
