@@ -25,6 +25,7 @@ pub mod metrics;
 mod png_chunks;
 mod read;
 pub mod tonemap;
+pub mod video;
 mod wrap;
 mod write;
 
