@@ -32,7 +32,7 @@ mod video;
 pub use border::Border;
 pub use error::FilterError;
 pub use filter::{Alpha, BilateralFilter};
-pub use method::{Density, Method, SampleCount, Sampling, Strategy, Weights};
+pub use method::{Density, Method, Precision, SampleCount, Sampling, Strategy};
 pub use range::{Distance, Guide, Range, Scale};
 pub use report::{Filtered, Progress, Report};
 pub use simd::SimdLevel;

@@ -1,6 +1,9 @@
 //! How the filter is computed.
 
+use luz_sample::point_set::{self, PointSet};
 use serde::Serialize;
+
+pub use crate::simd::Precision;
 
 /// How the filter is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -32,11 +35,11 @@ pub struct Sampling {
     pub samples: SampleCount,
     /// From which density.
     pub density: Density,
-    /// What a neighbour counts.
-    pub weights: Weights,
-    /// Whether estimates are fitted to the image locally, which lowers the variance of few samples (and brings a bias that
-    /// many samples don't need).
+    /// Whether estimates are fitted to the image locally, which lowers the variance of few samples, about `k` or fewer, and
+    /// brings a bias that more don't need.
     pub regression: bool,
+    /// How exactly the range Gaussian is computed.
+    pub precision: Precision,
 }
 
 impl Default for Sampling {
@@ -45,8 +48,8 @@ impl Default for Sampling {
             strategy: Strategy::Vogel,
             samples: SampleCount::Windows(2.0),
             density: Density::Gaussian,
-            weights: Weights::Quadrature,
             regression: false,
+            precision: Precision::Fine,
         }
     }
 }
@@ -86,6 +89,18 @@ impl Strategy {
         }
     }
 
+    /// Its points.
+    pub fn points(self) -> &'static dyn PointSet {
+        match self {
+            Self::Random => &point_set::Random,
+            Self::Stratified => &point_set::Stratified,
+            Self::Grid => &point_set::Grid,
+            Self::PoissonDisk => &point_set::PoissonDisk,
+            Self::Sobol => &point_set::Sobol,
+            Self::Vogel => &point_set::Vogel,
+        }
+    }
+
     /// The strategy of a [name](Self::name).
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.name() == name)
@@ -109,15 +124,4 @@ pub enum Density {
     Gaussian,
     /// Uniform over the window, with `f_s` in the weights.
     Uniform,
-}
-
-/// What a neighbour counts, beside its range weight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
-pub enum Weights {
-    /// The spatial Gaussian over the density of the sample: numerator and denominator are unbiased.
-    Importance,
-    /// The weights of the least expected squared error for the given points, under a prior on images (Bayesian
-    /// quadrature, O'Hagan 1991). Consistent, and of less variance.
-    #[default]
-    Quadrature,
 }

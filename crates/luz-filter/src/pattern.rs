@@ -1,5 +1,11 @@
 //! The neighbours that a pixel looks at, and what they count.
 
+use std::collections::BTreeMap;
+
+use luz_sample::point_set::{Request, normal_probability};
+
+use crate::{Density, SampleCount, Sampling};
+
 /// The neighbours of a pixel, without itself.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pattern {
@@ -67,3 +73,91 @@ impl Window {
         -0.5 * std::f64::consts::LOG2_E * (square(x, self.sigma) + square(y, self.sigma) + time)
     }
 }
+
+/// The patterns of drawn neighbours repeat after this many columns and rows.
+pub(crate) const PHASES: usize = 4;
+
+/// Which of the point sets' members each phase gets: neighbours in the image have members far apart (Bayer 1973).
+const MEMBERS: [u32; PHASES * PHASES] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
+
+/// Neighbours that are drawn, a pattern for each phase.
+///
+/// Points are drawn from the Gaussian, restricted to the window, and moved to the nearest pixel `o`, which so has a
+/// probability `p(o)`. Its weight is `f_s(o) / (n p(o))`, and as often as it is drawn; numerator and denominator of the
+/// filter are unbiased. The pixel itself is no chance: it has its weight `f_s(0) = 1`, and draws of it are left out.
+pub(crate) fn sampled(window: &Window, sampling: &Sampling, seed: u64) -> Vec<Pattern> {
+    MEMBERS.iter().map(|&member| sampled_member(window, sampling, seed, member)).collect()
+}
+
+/// The number of neighbours that a sampling draws from a window.
+pub(crate) fn count(window: &Window, samples: SampleCount) -> usize {
+    match samples {
+        SampleCount::Count(n) => n as usize,
+        SampleCount::Windows(c) => (f64::from(c) * (2 * window.radius + 1) as f64).round() as usize,
+    }
+}
+
+fn sampled_member(window: &Window, sampling: &Sampling, seed: u64, member: u32) -> Pattern {
+    let count = count(window, sampling.samples).max(1);
+    let dimensions = if window.frame_radius > 0 { 3 } else { 2 };
+    let request = Request { dimensions, count, seed, member, members: (PHASES * PHASES) as u32 };
+    let axes = [Axis::new(window.sigma, window.radius), Axis::new(window.sigma_frames, window.frame_radius)];
+    let axis = |d: usize| &axes[usize::from(d == 2)];
+    let points = sampling.strategy.points();
+    let drawn = match sampling.density {
+        Density::Gaussian => points.normal(&request, std::array::from_fn(|d| axis(d).limit)),
+        Density::Uniform => points.uniform(&request),
+    };
+    let mut counts: BTreeMap<[i32; 3], u32> = BTreeMap::new();
+    for point in drawn {
+        let offset: [i32; 3] =
+            std::array::from_fn(|d| if d < dimensions { axis(d).pixel(point[d], sampling.density) } else { 0 });
+        *counts.entry([offset[2], offset[1], offset[0]]).or_default() += 1;
+    }
+    let mut pattern = Pattern { centre_weight: 1.0, ..Pattern::default() };
+    for ([t, y, x], times) in counts {
+        let offset = [x, y, t];
+        if offset != [0; 3] {
+            let p: f64 = (0..dimensions).map(|d| axis(d).probability(offset[d], sampling.density)).product();
+            pattern.push(offset, window.log2_weight(offset) + (f64::from(times) / (count as f64 * p)).log2());
+        }
+    }
+    pattern
+}
+
+/// The Gaussian along an axis, restricted to the window's pixels.
+struct Axis {
+    sigma: f64,
+    radius: i32,
+    /// The outer edge of the last pixel, in σ.
+    limit: f64,
+}
+
+impl Axis {
+    fn new(sigma: f64, radius: usize) -> Self {
+        Self { sigma, radius: radius as i32, limit: (radius as f64 + 0.5) / sigma }
+    }
+
+    /// The pixel that a point falls on.
+    fn pixel(&self, point: f64, density: Density) -> i32 {
+        let place = match density {
+            Density::Gaussian => (point * self.sigma).round() as i32,
+            Density::Uniform => (point * f64::from(2 * self.radius + 1)) as i32 - self.radius,
+        };
+        place.clamp(-self.radius, self.radius)
+    }
+
+    /// The probability that a point falls on a pixel.
+    fn probability(&self, pixel: i32, density: Density) -> f64 {
+        match density {
+            Density::Uniform => 1.0 / f64::from(2 * self.radius + 1),
+            Density::Gaussian => {
+                let edge = |i: f64| (f64::from(pixel) + i) / self.sigma;
+                normal_probability(edge(-0.5), edge(0.5)) / normal_probability(-self.limit, self.limit)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -3,8 +3,8 @@
 use luz_image::{Image, SampleType};
 
 use crate::pattern::Window;
-use crate::simd::{Group, Level, Metric, Precision};
-use crate::{Alpha, BilateralFilter, Distance, FilterError, Guide, Range, Scale, filter};
+use crate::simd::{Group, Level, Metric};
+use crate::{Alpha, BilateralFilter, Distance, FilterError, Guide, Precision, Range, Scale, filter};
 
 /// An image and its guides at one time.
 #[derive(Clone, Copy, Debug)]

@@ -7,9 +7,9 @@ use luz_image::Image;
 
 use crate::pattern::{self, Pattern};
 use crate::plan::{Frame, Opacity, Plan};
-use crate::simd::{Precision, RowJob};
+use crate::simd::RowJob;
 use crate::tile::{Area, Layout, Tile};
-use crate::{FilterError, Filtered, Method, Progress, Report};
+use crate::{FilterError, Filtered, Method, Precision, Progress, Report};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -22,9 +22,10 @@ pub(crate) fn video(
     window: &[Option<Frame<'_>>],
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Filtered, FilterError> {
-    let patterns = vec![pattern::window(&plan.window)];
+    let (plan, patterns) = prepare(plan)?;
+    let plan = &plan;
     let mut report = Report {
-        method: Method::Exact,
+        method: plan.filter.method,
         window: 2 * plan.window.radius + 1,
         window_frames: 2 * plan.window.frame_radius + 1,
         samples_per_pixel: samples_per_pixel(&patterns),
@@ -36,6 +37,19 @@ pub(crate) fn video(
     };
     let image = filter(plan, &patterns, window, &mut report, progress)?;
     Ok(Filtered { image, report })
+}
+
+/// The plan with the precision of its method, and its patterns.
+fn prepare<'a>(plan: &Plan<'a>) -> Result<(Plan<'a>, Vec<Pattern>), FilterError> {
+    let mut plan = plan.clone();
+    let patterns = match plan.filter.method {
+        Method::Sampled(sampling) => {
+            plan.lay_out(sampling.precision)?;
+            pattern::sampled(&plan.window, &sampling, plan.filter.seed)
+        }
+        _ => vec![pattern::window(&plan.window)],
+    };
+    Ok((plan, patterns))
 }
 
 /// The mean number of neighbours, with the pixel itself.

@@ -1,13 +1,16 @@
 //! The weighted mean of a list of neighbours, for consecutive pixels at once.
 
+use serde::Serialize;
+
 use super::lanes::Lanes;
 
 /// How exactly the range Gaussian is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Precision {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+pub enum Precision {
     /// Relative error below 3·10⁻⁶, by a polynomial of degree four.
     Full,
     /// Relative error below 8·10⁻⁵, by a polynomial of degree three.
+    #[default]
     Fine,
     /// Relative error below 3 %: linear between powers of two (Schraudolph 1999, "A Fast, Compact Approximation of the
     /// Exponential Function"). An error that depends on the weight alone hardly moves a weighted mean.
@@ -16,7 +19,7 @@ pub(crate) enum Precision {
 
 impl Precision {
     /// By what an exponent to base two is multiplied before it is handed to the kernel.
-    pub fn unit(self) -> f32 {
+    pub(crate) fn unit(self) -> f32 {
         match self {
             Self::Full | Self::Fine => 1.0,
             Self::Fast => (1u32 << 23) as f32,
@@ -24,7 +27,7 @@ impl Precision {
     }
 
     /// What the kernel expects in place of the base-two logarithm `log2` of a weight.
-    pub fn exponent(self, log2: f64) -> f32 {
+    pub(crate) fn exponent(self, log2: f64) -> f32 {
         match self {
             Self::Full | Self::Fine => log2 as f32,
             // The shift by 0.0430 centres the error.

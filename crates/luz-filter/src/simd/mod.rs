@@ -10,7 +10,8 @@ mod portable;
 
 use serde::Serialize;
 
-pub(crate) use self::kernel::{Group, Metric, Precision, RowJob};
+pub use self::kernel::Precision;
+pub(crate) use self::kernel::{Group, Metric, RowJob};
 
 /// Which instructions the filter uses. Different ones round differently, in the last bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
