@@ -27,6 +27,7 @@ mod run;
 mod scale;
 mod simd;
 mod tile;
+pub mod uses;
 mod video;
 
 pub use border::Border;
