@@ -9,7 +9,7 @@ use crate::pattern::{self, Pattern};
 use crate::plan::{Frame, Opacity, Plan};
 use crate::simd::RowJob;
 use crate::tile::{Area, Layout, Tile};
-use crate::{FilterError, Filtered, Method, Precision, Progress, Report};
+use crate::{FilterError, Filtered, Method, Precision, Progress, Report, Scale};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -119,6 +119,7 @@ fn filter(
             }
             let (x, y) = (tile % across * layout.width, tile / across * layout.height);
             let area = Area { x, y, width: layout.width.min(width - x), height: layout.height.min(height - y) };
+            worker.tile.has_excluded = false;
             for t in first..=last {
                 if let Some(frame) = &frames[(middle as i32 + t) as usize] {
                     worker.tile.load(plan, frame, (r + t) as usize, &area);
@@ -181,6 +182,8 @@ impl<'a> Worker<'a> {
         let (channels, phases, image) = (plan.values.1, layout.phases, plan.frame.image);
         self.result.resize(area.width * area.height * channels, 0.0);
         let middle = plan.window.frame_radius * layout.frame_size;
+        let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
+        let plain = linear && !self.tile.has_excluded;
         let mut excluded = 0;
         for y in 0..area.height {
             for x in 0..phases.min(area.width) {
@@ -200,22 +203,26 @@ impl<'a> Worker<'a> {
                     reach: pattern.reach,
                     centre_weight: pattern.centre_weight,
                     precision: plan.precision,
+                    unscale: 1.0 / plan.value_factor,
                 };
                 plan.level.filter_row(&job, &mut self.row);
                 let stride = columns.next_multiple_of(RowJob::BLOCK);
                 let out = &mut self.result[y * area.width * channels..][..area.width * channels];
-                for i in 0..columns {
-                    let to = &mut out[(x + i * phases) * channels..][..channels];
-                    let (px, py) = (area.x + x + i * phases, area.y + y);
-                    if self.tile.is_excluded(plan, centre + i) {
-                        to.copy_from_slice(image.pixel(px, py));
-                        excluded += 1;
-                        continue;
+                for c in 0..channels {
+                    let to = out[x * channels + c..].iter_mut().step_by(phases * channels);
+                    to.zip(&self.row[c * stride..]).for_each(|(to, &v)| *to = v);
+                }
+                if !plain {
+                    for i in 0..columns {
+                        let to = &mut out[(x + i * phases) * channels..][..channels];
+                        let original = image.pixel(area.x + x + i * phases, area.y + y);
+                        if self.tile.has_excluded && self.tile.is_excluded(plan, centre + i) {
+                            to.copy_from_slice(original);
+                            excluded += 1;
+                        } else {
+                            restore(plan, to, original);
+                        }
                     }
-                    for (c, to) in to.iter_mut().enumerate() {
-                        *to = self.row[c * stride + i];
-                    }
-                    restore(plan, to, || image.pixel(px, py));
                 }
             }
         }
@@ -224,23 +231,20 @@ impl<'a> Worker<'a> {
 }
 
 /// Takes a pixel from the scale of the planes back to that of the image.
-fn restore<'p>(plan: &Plan<'_>, pixel: &mut [f32], original: impl Fn() -> &'p [f32]) {
+fn restore(plan: &Plan<'_>, pixel: &mut [f32], original: &[f32]) {
     let scale = plan.filter.mean_scale;
-    for v in pixel.iter_mut() {
-        *v /= plan.value_factor;
-    }
     match plan.opacity {
         Opacity::None => pixel.iter_mut().for_each(|v| *v = scale.backward(*v)),
-        Opacity::Premultiplied(_) if scale == crate::Scale::Linear => {}
+        Opacity::Premultiplied(_) if scale == Scale::Linear => {}
         Opacity::Straight(a) | Opacity::Premultiplied(a) => {
             let alpha = pixel[a];
             for c in (0..pixel.len()).filter(|&c| c != a) {
                 pixel[c] = match plan.opacity {
                     Opacity::Straight(_) if alpha > 0.0 => scale.backward(pixel[c] / alpha),
                     // What can't be seen keeps its colour.
-                    Opacity::Straight(_) => original()[c],
+                    Opacity::Straight(_) => original[c],
                     _ if alpha > 0.0 => scale.backward(pixel[c] / alpha) * alpha,
-                    _ => original()[c],
+                    _ => original[c],
                 };
             }
         }
