@@ -1,5 +1,7 @@
 //! The neighbours that a pixel looks at, and what they count.
 
+use std::ops::RangeInclusive;
+
 use luz_sample::point_set::{Request, normal_probability};
 use rayon::prelude::*;
 
@@ -23,11 +25,11 @@ impl Pattern {
         self.log2_weights.push(weight_log2);
     }
 
-    /// The pattern with the frames that exist: those from `first` to `last`, relative to the pixel's.
-    pub fn within_frames(&self, first: i32, last: i32) -> Self {
+    /// The pattern with the frames that exist, relative to the pixel's.
+    pub fn within_frames(&self, frames: &RangeInclusive<i32>) -> Self {
         let mut kept = Self { centre_weight: self.centre_weight, ..Self::default() };
         for (&offset, &weight) in self.offsets.iter().zip(&self.log2_weights) {
-            if (first..=last).contains(&offset[2]) {
+            if frames.contains(&offset[2]) {
                 kept.push(offset, weight);
             }
         }
@@ -65,6 +67,11 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// How many pixels it has, over all frames.
+    pub fn pixels(&self) -> usize {
+        (2 * self.radius + 1).pow(2) * (2 * self.frame_radius + 1)
+    }
+
     /// The base-two logarithm of the unnormalised `f_s`.
     pub fn log2_weight(&self, [x, y, t]: [i32; 3]) -> f64 {
         let square = |v: i32, sigma: f64| (f64::from(v) / sigma).powi(2);
