@@ -15,6 +15,7 @@
 //! # Ok::<(), luz_filter::FilterError>(())
 //! ```
 
+mod auto;
 mod border;
 mod error;
 mod filter;
@@ -22,6 +23,7 @@ mod method;
 mod pattern;
 mod plan;
 mod range;
+mod regression;
 mod report;
 mod run;
 mod scale;

@@ -1,8 +1,9 @@
 //! The neighbours that a pixel looks at, and what they count.
 
-use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use luz_sample::point_set::{Request, normal_probability};
+use rayon::prelude::*;
 
 use crate::{Density, SampleCount, Sampling};
 
@@ -24,11 +25,11 @@ impl Pattern {
         self.log2_weights.push(weight_log2);
     }
 
-    /// The pattern with the frames that exist: those from `first` to `last`, relative to the pixel's.
-    pub fn within_frames(&self, first: i32, last: i32) -> Self {
+    /// The pattern with the frames that exist, relative to the pixel's.
+    pub fn within_frames(&self, frames: &RangeInclusive<i32>) -> Self {
         let mut kept = Self { centre_weight: self.centre_weight, ..Self::default() };
         for (&offset, &weight) in self.offsets.iter().zip(&self.log2_weights) {
-            if (first..=last).contains(&offset[2]) {
+            if frames.contains(&offset[2]) {
                 kept.push(offset, weight);
             }
         }
@@ -66,6 +67,11 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// How many pixels it has, over all frames.
+    pub fn pixels(&self) -> usize {
+        (2 * self.radius + 1).pow(2) * (2 * self.frame_radius + 1)
+    }
+
     /// The base-two logarithm of the unnormalised `f_s`.
     pub fn log2_weight(&self, [x, y, t]: [i32; 3]) -> f64 {
         let square = |v: i32, sigma: f64| (f64::from(v) / sigma).powi(2);
@@ -86,7 +92,8 @@ const MEMBERS: [u32; PHASES * PHASES] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9,
 /// probability `p(o)`. Its weight is `f_s(o) / (n p(o))`, and as often as it is drawn; numerator and denominator of the
 /// filter are unbiased. The pixel itself is no chance: it has its weight `f_s(0) = 1`, and draws of it are left out.
 pub(crate) fn sampled(window: &Window, sampling: &Sampling, seed: u64) -> Vec<Pattern> {
-    MEMBERS.iter().map(|&member| sampled_member(window, sampling, seed, member)).collect()
+    let axes = axes(window, sampling.density);
+    MEMBERS.par_iter().map(|&member| sampled_member(&axes, window, sampling, seed, member)).collect()
 }
 
 /// The number of neighbours that a sampling draws from a window.
@@ -97,30 +104,29 @@ pub(crate) fn count(window: &Window, samples: SampleCount) -> usize {
     }
 }
 
-fn sampled_member(window: &Window, sampling: &Sampling, seed: u64, member: u32) -> Pattern {
+fn sampled_member(axes: &[Axis; 3], window: &Window, sampling: &Sampling, seed: u64, member: u32) -> Pattern {
     let count = count(window, sampling.samples).max(1);
     let dimensions = if window.frame_radius > 0 { 3 } else { 2 };
     let request = Request { dimensions, count, seed, member, members: (PHASES * PHASES) as u32 };
-    let axes = [Axis::new(window.sigma, window.radius), Axis::new(window.sigma_frames, window.frame_radius)];
-    let axis = |d: usize| &axes[usize::from(d == 2)];
     let points = sampling.strategy.points();
     let drawn = match sampling.density {
-        Density::Gaussian => points.normal(&request, std::array::from_fn(|d| axis(d).limit)),
+        Density::Gaussian => points.normal(&request, std::array::from_fn(|d| axes[d].limit)),
         Density::Uniform => points.uniform(&request),
     };
-    let mut counts: BTreeMap<[i32; 3], u32> = BTreeMap::new();
-    for point in drawn {
-        let offset: [i32; 3] =
-            std::array::from_fn(|d| if d < dimensions { axis(d).pixel(point[d], sampling.density) } else { 0 });
-        *counts.entry([offset[2], offset[1], offset[0]]).or_default() += 1;
-    }
+    // By frames, rows and columns: near in memory, and equal ones together.
+    let mut offsets: Vec<[i32; 3]> = drawn
+        .iter()
+        .map(|point| {
+            [2, 1, 0].map(|d: usize| if d < dimensions { axes[d].pixel(point[d], sampling.density) } else { 0 })
+        })
+        .collect();
+    offsets.sort_unstable();
     let mut pattern = Pattern { centre_weight: 1.0, ..Pattern::default() };
-    for ([t, y, x], times) in counts {
-        let offset = [x, y, t];
-        if offset != [0; 3] {
-            let p: f64 = (0..dimensions).map(|d| axis(d).probability(offset[d], sampling.density)).product();
-            pattern.push(offset, window.log2_weight(offset) + (f64::from(times) / (count as f64 * p)).log2());
-        }
+    for same in offsets.chunk_by(|a, b| a == b).filter(|same| same[0] != [0; 3]) {
+        let [t, y, x] = same[0];
+        let log2 =
+            axes[0].log2_ratio(x) + axes[1].log2_ratio(y) + if dimensions > 2 { axes[2].log2_ratio(t) } else { 0.0 };
+        pattern.push([x, y, t], log2 + (same.len() as f64 / count as f64).log2());
     }
     pattern
 }
@@ -131,11 +137,27 @@ struct Axis {
     radius: i32,
     /// The outer edge of the last pixel, in σ.
     limit: f64,
+    /// The base-two logarithms of `f_s / p` for the pixels from `−radius` on.
+    log2_ratios: Vec<f64>,
 }
 
 impl Axis {
-    fn new(sigma: f64, radius: usize) -> Self {
-        Self { sigma, radius: radius as i32, limit: (radius as f64 + 0.5) / sigma }
+    fn new(sigma: f64, radius: usize, density: Density) -> Self {
+        let limit = (radius as f64 + 0.5) / sigma;
+        let r = radius as i32;
+        let total = normal_probability(-limit, limit);
+        let log2_ratio = |i: i32| {
+            let edge = |shift: f64| (f64::from(i) + shift) / sigma;
+            let p = match density {
+                Density::Uniform => 1.0 / f64::from(2 * r + 1),
+                Density::Gaussian => normal_probability(edge(-0.5), edge(0.5)) / total,
+            };
+            -0.5 * std::f64::consts::LOG2_E * edge(0.0).powi(2) - p.log2()
+        };
+        // Both Gaussians are even.
+        let half: Vec<f64> = (0..=r).map(log2_ratio).collect();
+        let log2_ratios = (-r..=r).map(|i| half[i.unsigned_abs() as usize]).collect();
+        Self { sigma, radius: r, limit, log2_ratios }
     }
 
     /// The pixel that a point falls on.
@@ -147,16 +169,16 @@ impl Axis {
         place.clamp(-self.radius, self.radius)
     }
 
-    /// The probability that a point falls on a pixel.
-    fn probability(&self, pixel: i32, density: Density) -> f64 {
-        match density {
-            Density::Uniform => 1.0 / f64::from(2 * self.radius + 1),
-            Density::Gaussian => {
-                let edge = |i: f64| (f64::from(pixel) + i) / self.sigma;
-                normal_probability(edge(-0.5), edge(0.5)) / normal_probability(-self.limit, self.limit)
-            }
-        }
+    /// The base-two logarithm of the Gaussian at a pixel over the probability that a point falls on it.
+    fn log2_ratio(&self, pixel: i32) -> f64 {
+        self.log2_ratios[(pixel + self.radius) as usize]
     }
+}
+
+/// The axes of columns, rows and frames.
+fn axes(window: &Window, density: Density) -> [Axis; 3] {
+    let space = || Axis::new(window.sigma, window.radius, density);
+    [space(), space(), Axis::new(window.sigma_frames, window.frame_radius, density)]
 }
 
 #[cfg(test)]

@@ -219,6 +219,21 @@ impl<'a> Plan<'a> {
         self.groups.push(Group { plane, channels, metric, factor });
     }
 
+    /// The frames around the middle one of a window, without gaps, that the video has: relative to it.
+    pub fn existing(&self, window: &[Option<Frame<'_>>]) -> std::ops::RangeInclusive<i32> {
+        let middle = window.len() / 2;
+        let exists = |t: i32| window.get((middle as i32 + t) as usize).is_some_and(Option::is_some);
+        let r = self.window.frame_radius as i32;
+        let first = (1..=r).take_while(|&t| exists(-t)).last().map_or(0, |t| -t);
+        let last = (1..=r).take_while(|&t| exists(t)).last().unwrap_or(0);
+        first..=last
+    }
+
+    /// The error of a tile that can't be addressed.
+    pub fn too_large(&self) -> FilterError {
+        FilterError::WindowTooLarge { window: 2 * self.window.radius + 1, channels: self.plane_count }
+    }
+
     /// The largest number of planes that a source has.
     pub fn widest_source(&self) -> usize {
         self.sources.iter().map(|s| s.planes).max().unwrap_or(1)

@@ -1,15 +1,16 @@
 //! Tiles in parallel.
 
+use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use luz_image::Image;
 
 use crate::pattern::{self, Pattern};
-use crate::plan::{Frame, Opacity, Plan};
+use crate::plan::{Frame, Opacity, Plan, check};
 use crate::simd::RowJob;
 use crate::tile::{Area, Layout, Tile};
-use crate::{FilterError, Filtered, Method, Precision, Progress, Report};
+use crate::{FilterError, Filtered, Method, Precision, Progress, Report, Scale, auto, regression};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -22,34 +23,57 @@ pub(crate) fn video(
     window: &[Option<Frame<'_>>],
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Filtered, FilterError> {
-    let (plan, patterns) = prepare(plan)?;
-    let plan = &plan;
     let mut report = Report {
         method: plan.filter.method,
         window: 2 * plan.window.radius + 1,
         window_frames: 2 * plan.window.frame_radius + 1,
-        samples_per_pixel: samples_per_pixel(&patterns),
+        samples_per_pixel: 0.0,
         excluded_pixels: 0,
         measured_quality: None,
         scratch_bytes: 0,
         simd: plan.level.name(),
         seconds: 0.0,
     };
-    let image = filter(plan, &patterns, window, &mut report, progress)?;
+    let mut method = plan.filter.method;
+    if let Method::Auto { quality } = method {
+        check("the quality in dB", quality as f32, 0.0, 200.0)?;
+        let choice = auto::choose(plan, window, quality)?;
+        report.measured_quality = Some(choice.quality);
+        method = choice.method;
+    }
+    let image = by_method(plan, method, window, &mut report, progress)?;
     Ok(Filtered { image, report })
 }
 
-/// The plan with the precision of its method, and its patterns.
-fn prepare<'a>(plan: &Plan<'a>) -> Result<(Plan<'a>, Vec<Pattern>), FilterError> {
-    let mut plan = plan.clone();
-    let patterns = match plan.filter.method {
-        Method::Sampled(sampling) => {
-            plan.lay_out(sampling.precision)?;
-            pattern::sampled(&plan.window, &sampling, plan.filter.seed)
-        }
-        _ => vec![pattern::window(&plan.window)],
+/// Filters the plan's frame by a method that isn't to be chosen any more.
+fn by_method(
+    plan: &Plan<'_>,
+    method: Method,
+    window: &[Option<Frame<'_>>],
+    report: &mut Report,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Image, FilterError> {
+    report.method = method;
+    let Method::Sampled(sampling) = method else {
+        let patterns = [pattern::window(&plan.window)];
+        report.samples_per_pixel = samples_per_pixel(&patterns);
+        return filter(plan, &patterns, window, report, progress);
     };
-    Ok((plan, patterns))
+    if sampling.regression && !plan.frame.guides.is_empty() {
+        let reason = "results are fitted to the image, but guides decide here; switch the regression off".to_owned();
+        return Err(FilterError::Unsuitable { method: "the sampled filter with regression", reason });
+    }
+    let mut plan = plan.clone();
+    plan.lay_out(sampling.precision)?;
+    let patterns = pattern::sampled(&plan.window, &sampling, plan.filter.seed);
+    report.samples_per_pixel = samples_per_pixel(&patterns);
+    let mut result = filter(&plan, &patterns, window, report, progress)?;
+    if sampling.regression {
+        let fitted = regression::fit(plan.frame.image, &result, plan.filter.range.sigma);
+        report.scratch_bytes = report.scratch_bytes.max(fitted.len() * 4);
+        result.data_mut().copy_from_slice(&fitted);
+    }
+    Ok(result)
 }
 
 /// The mean number of neighbours, with the pixel itself.
@@ -58,7 +82,7 @@ fn samples_per_pixel(patterns: &[Pattern]) -> f64 {
 }
 
 /// A pattern as the kernel wants it.
-struct Compiled {
+pub(crate) struct Compiled {
     offsets: Vec<i32>,
     exponents: Vec<f32>,
     reach: (i32, i32),
@@ -66,7 +90,7 @@ struct Compiled {
 }
 
 impl Compiled {
-    fn new(pattern: &Pattern, layout: &Layout, phase: [usize; 2], precision: Precision) -> Self {
+    pub fn new(pattern: &Pattern, layout: &Layout, phase: [usize; 2], precision: Precision) -> Self {
         let offsets: Vec<i32> = pattern.offsets.iter().map(|&o| layout.offset(phase, o)).collect();
         let reach = offsets.iter().fold((0, 0), |(a, b), &o| (o.min(a), o.max(b)));
         let exponents = pattern.log2_weights.iter().map(|&w| precision.exponent(w)).collect();
@@ -86,21 +110,14 @@ fn filter(
     let phases = patterns.len().isqrt();
     let image = plan.frame.image;
     let (width, height, channels) = (image.width(), image.height(), image.channel_count());
-    let middle = frames.len() / 2;
-    let exists = |t: i32| frames[(middle as i32 + t) as usize].is_some();
-    let r = plan.window.frame_radius as i32;
-    let first = (-r..=0).find(|&t| (t..=0).all(exists)).unwrap_or(0);
-    let last = (0..=r).rev().find(|&t| (0..=t).all(exists)).unwrap_or(0);
-
+    let existing = plan.existing(frames);
     let side = (4 * plan.window.radius).clamp(256, 512);
-    let too_large = || FilterError::WindowTooLarge { window: 2 * plan.window.radius + 1, channels: plan.plane_count };
-    let layout = Layout::new(plan, phases, side.min(width), side.min(height)).ok_or_else(too_large)?;
+    let layout = Layout::new(plan, phases, side.min(width), side.min(height)).ok_or_else(|| plan.too_large())?;
     let compiled: Vec<Compiled> = patterns
         .iter()
         .enumerate()
         .map(|(i, pattern)| {
-            let kept = pattern.within_frames(first, last);
-            Compiled::new(&kept, &layout, [i % phases, i / phases], plan.precision)
+            Compiled::new(&pattern.within_frames(&existing), &layout, [i % phases, i / phases], plan.precision)
         })
         .collect();
 
@@ -119,11 +136,7 @@ fn filter(
             }
             let (x, y) = (tile % across * layout.width, tile / across * layout.height);
             let area = Area { x, y, width: layout.width.min(width - x), height: layout.height.min(height - y) };
-            for t in first..=last {
-                if let Some(frame) = &frames[(middle as i32 + t) as usize] {
-                    worker.tile.load(plan, frame, (r + t) as usize, &area);
-                }
-            }
+            worker.load(frames, &existing, &area);
             excluded.fetch_add(worker.filter(&area), Ordering::Relaxed);
             let row = area.width * channels;
             if let Ok(mut band) = bands[tile / across].lock() {
@@ -153,18 +166,18 @@ fn filter(
 }
 
 /// What a thread needs.
-struct Worker<'a> {
+pub(crate) struct Worker<'a> {
     plan: &'a Plan<'a>,
     compiled: &'a [Compiled],
     tile: Tile,
     /// The values of a row of one phase, as planes.
     row: Vec<f32>,
     /// The area's filtered pixels.
-    result: Vec<f32>,
+    pub result: Vec<f32>,
 }
 
 impl<'a> Worker<'a> {
-    fn new(plan: &'a Plan<'a>, layout: Layout, compiled: &'a [Compiled]) -> Self {
+    pub fn new(plan: &'a Plan<'a>, layout: Layout, compiled: &'a [Compiled]) -> Self {
         let columns = (layout.width / layout.phases).next_multiple_of(RowJob::BLOCK);
         Self {
             plan,
@@ -175,12 +188,25 @@ impl<'a> Worker<'a> {
         }
     }
 
+    /// Loads an area with the frames of a window that exist.
+    pub fn load(&mut self, window: &[Option<Frame<'_>>], existing: &RangeInclusive<i32>, area: &Area) {
+        self.tile.has_excluded = false;
+        let (middle, r) = ((window.len() / 2) as i32, self.plan.window.frame_radius as i32);
+        for t in existing.clone() {
+            if let Some(frame) = &window[(middle + t) as usize] {
+                self.tile.load(self.plan, frame, (r + t) as usize, area);
+            }
+        }
+    }
+
     /// Filters the area of the loaded tile into [`Self::result`]. Returns how many pixels were excluded.
-    fn filter(&mut self, area: &Area) -> u64 {
+    pub fn filter(&mut self, area: &Area) -> u64 {
         let (plan, layout) = (self.plan, self.tile.layout);
         let (channels, phases, image) = (plan.values.1, layout.phases, plan.frame.image);
         self.result.resize(area.width * area.height * channels, 0.0);
         let middle = plan.window.frame_radius * layout.frame_size;
+        let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
+        let plain = linear && !self.tile.has_excluded;
         let mut excluded = 0;
         for y in 0..area.height {
             for x in 0..phases.min(area.width) {
@@ -200,22 +226,26 @@ impl<'a> Worker<'a> {
                     reach: pattern.reach,
                     centre_weight: pattern.centre_weight,
                     precision: plan.precision,
+                    unscale: 1.0 / plan.value_factor,
                 };
                 plan.level.filter_row(&job, &mut self.row);
                 let stride = columns.next_multiple_of(RowJob::BLOCK);
                 let out = &mut self.result[y * area.width * channels..][..area.width * channels];
-                for i in 0..columns {
-                    let to = &mut out[(x + i * phases) * channels..][..channels];
-                    let (px, py) = (area.x + x + i * phases, area.y + y);
-                    if self.tile.is_excluded(plan, centre + i) {
-                        to.copy_from_slice(image.pixel(px, py));
-                        excluded += 1;
-                        continue;
+                for c in 0..channels {
+                    let to = out[x * channels + c..].iter_mut().step_by(phases * channels);
+                    to.zip(&self.row[c * stride..]).for_each(|(to, &v)| *to = v);
+                }
+                if !plain {
+                    for i in 0..columns {
+                        let to = &mut out[(x + i * phases) * channels..][..channels];
+                        let original = image.pixel(area.x + x + i * phases, area.y + y);
+                        if self.tile.has_excluded && self.tile.is_excluded(plan, centre + i) {
+                            to.copy_from_slice(original);
+                            excluded += 1;
+                        } else {
+                            restore(plan, to, original);
+                        }
                     }
-                    for (c, to) in to.iter_mut().enumerate() {
-                        *to = self.row[c * stride + i];
-                    }
-                    restore(plan, to, || image.pixel(px, py));
                 }
             }
         }
@@ -224,23 +254,20 @@ impl<'a> Worker<'a> {
 }
 
 /// Takes a pixel from the scale of the planes back to that of the image.
-fn restore<'p>(plan: &Plan<'_>, pixel: &mut [f32], original: impl Fn() -> &'p [f32]) {
+fn restore(plan: &Plan<'_>, pixel: &mut [f32], original: &[f32]) {
     let scale = plan.filter.mean_scale;
-    for v in pixel.iter_mut() {
-        *v /= plan.value_factor;
-    }
     match plan.opacity {
         Opacity::None => pixel.iter_mut().for_each(|v| *v = scale.backward(*v)),
-        Opacity::Premultiplied(_) if scale == crate::Scale::Linear => {}
+        Opacity::Premultiplied(_) if scale == Scale::Linear => {}
         Opacity::Straight(a) | Opacity::Premultiplied(a) => {
             let alpha = pixel[a];
             for c in (0..pixel.len()).filter(|&c| c != a) {
                 pixel[c] = match plan.opacity {
                     Opacity::Straight(_) if alpha > 0.0 => scale.backward(pixel[c] / alpha),
                     // What can't be seen keeps its colour.
-                    Opacity::Straight(_) => original()[c],
+                    Opacity::Straight(_) => original[c],
                     _ if alpha > 0.0 => scale.backward(pixel[c] / alpha) * alpha,
-                    _ => original()[c],
+                    _ => original[c],
                 };
             }
         }

@@ -1,5 +1,6 @@
 //! A part of the image with all that its pixels look at, as planes.
 
+use crate::Scale;
 use crate::plan::{Content, Frame, LARGEST, Opacity, Plan, Source};
 use crate::simd::RowJob;
 
@@ -85,7 +86,9 @@ pub(crate) struct Area {
 pub(crate) struct Tile {
     pub layout: Layout,
     pub planes: Vec<f32>,
-    /// A row of the image as planes, from the tile's first column inside the image to the last.
+    /// Whether a pixel of the image was excluded.
+    pub has_excluded: bool,
+    /// A row of a source as planes, from the first column inside the image to the last.
     line: Vec<f32>,
     bad: Vec<bool>,
 }
@@ -96,72 +99,117 @@ impl Tile {
         Self {
             layout,
             planes: vec![0.0; layout.samples().unwrap_or(0)],
-            line: vec![0.0; columns * plan.plane_count],
+            has_excluded: false,
+            line: vec![0.0; columns * plan.widest_source()],
             bad: vec![false; columns],
         }
     }
 
-    /// Loads a frame's part around an area: frame `time` of the tile's.
+    /// Loads a frame's part around an area: frame `time` of the tile's. What the window doesn't reach isn't touched.
     pub fn load(&mut self, plan: &Plan<'_>, frame: &Frame<'_>, time: usize, area: &Area) {
         let (layout, border) = (self.layout, plan.filter.border);
         let (width, height) = (frame.image.width(), frame.image.height());
-        let columns = layout.width + 2 * layout.margin;
         let (left, top) = (area.x as i64 - layout.margin as i64, area.y as i64 - layout.margin as i64);
-        // What the window doesn't reach needn't be right.
         let reach = plan.window.radius as i64;
-        let first = (area.x as i64 - reach).max(0) as usize;
-        let last = (area.x + area.width + reach as usize).min(width);
         let wanted = (area.x as i64 - reach)..(area.x as i64 + area.width as i64 + reach);
-        let places: Vec<Option<usize>> = (0..columns as i64)
-            .map(|i| border.map((left + i).clamp(wanted.start, wanted.end - 1), width).map(|x| x - first))
+        let inside = Inside {
+            first: wanted.start.max(0) as usize,
+            last: wanted.end.min(width as i64) as usize,
+            column: (wanted.start.max(0) - left) as usize,
+        };
+        // The columns beyond the edges, and those that stand for them.
+        let beyond: Vec<(usize, Option<usize>)> = wanted
+            .filter(|x| !(0..width as i64).contains(x))
+            .map(|x| ((x - left) as usize, border.map(x, width).map(|x| (x as i64 - left) as usize)))
             .collect();
-        let rows = (area.y as i64 - reach)..(area.y as i64 + area.height as i64 + reach);
-        for row in rows {
-            let tile_row = (row - top) as usize;
-            let base = time * layout.frame_size
-                + (tile_row % layout.phases) * layout.phases * layout.phase_size
-                + tile_row / layout.phases * layout.stride;
+        for row in (area.y as i64 - reach)..(area.y as i64 + area.height as i64 + reach) {
+            let base = time * layout.frame_size + layout.index(0, (row - top) as usize);
             match border.map(row, height) {
                 None => self.exclude_row(plan, base),
                 Some(y) => {
-                    self.load_line(plan, frame, y, first, last);
-                    self.scatter(plan, base, &places, last - first);
+                    self.load_row(plan, frame, y, base, &inside);
+                    self.continue_row(plan, base, &beyond);
                 }
             }
         }
     }
 
-    /// Fills [`Self::line`] with the columns from `first` to `last` of row `y`.
-    fn load_line(&mut self, plan: &Plan<'_>, frame: &Frame<'_>, y: usize, first: usize, last: usize) {
-        let count = last - first;
-        let bad = &mut self.bad[..count];
-        bad.fill(false);
+    /// Loads the columns of row `y` that are inside the image.
+    fn load_row(&mut self, plan: &Plan<'_>, frame: &Frame<'_>, y: usize, base: usize, inside: &Inside) {
+        let count = inside.last - inside.first;
+        self.bad[..count].fill(false);
+        let mut largest = 0.0f32;
         for source in &plan.sources {
             let image = frame.input(source.input);
             let n = image.channel_count();
-            let samples = &image.data()[(y * image.width() + first) * n..][..count * n];
-            load_source(source, samples, n, &mut self.line[source.plane * count..][..source.planes * count], bad);
-        }
-        let marked = plan.groups[0].plane;
-        for (i, _) in bad.iter().enumerate().filter(|(_, bad)| **bad) {
-            for plane in 0..plan.plane_count {
-                self.line[plane * count + i] = if plane == marked { EXCLUDED } else { 0.0 };
+            let samples = &image.data()[(y * image.width() + inside.first) * n..][..count * n];
+            let factor = match source.content {
+                Content::Channels {
+                    scale: Scale::Linear,
+                    opacity: Opacity::None | Opacity::Premultiplied(_),
+                    factor,
+                } => Some(factor),
+                _ => None,
+            };
+            if let Some(factor) = factor.filter(|_| n <= 4096) {
+                for c in 0..n {
+                    largest += distribute(
+                        plan,
+                        &self.layout,
+                        &mut self.planes,
+                        base,
+                        source.plane + c,
+                        inside.column,
+                        &samples[c..],
+                        n,
+                        factor,
+                    );
+                }
+            } else {
+                let line = &mut self.line[..source.planes * count];
+                load_source(source, samples, n, line, &mut self.bad[..count]);
+                for (c, line) in line.chunks_exact(count).enumerate() {
+                    largest += distribute(
+                        plan,
+                        &self.layout,
+                        &mut self.planes,
+                        base,
+                        source.plane + c,
+                        inside.column,
+                        line,
+                        1,
+                        1.0,
+                    );
+                }
             }
+        }
+        if largest <= LARGEST && !self.bad[..count].contains(&true) {
+            return;
+        }
+        // Something can't be used, perhaps: look at each pixel.
+        for source in &plan.sources {
+            let image = frame.input(source.input);
+            let n = image.channel_count();
+            let samples = &image.data()[(y * image.width() + inside.first) * n..][..count * n];
+            load_source(source, samples, n, &mut self.line[..source.planes * count], &mut self.bad[..count]);
+        }
+        for i in (0..count).filter(|&i| self.bad[i]) {
+            self.has_excluded = true;
+            exclude(plan, &self.layout, &mut self.planes, base, inside.column + i);
         }
     }
 
-    /// Distributes [`Self::line`], `count` samples in each plane, among the phases of a row.
-    fn scatter(&mut self, plan: &Plan<'_>, base: usize, places: &[Option<usize>], count: usize) {
+    /// Fills the columns beyond the edges of the image.
+    fn continue_row(&mut self, plan: &Plan<'_>, base: usize, beyond: &[(usize, Option<usize>)]) {
         let layout = self.layout;
-        for plane in 0..plan.plane_count {
-            let line = &self.line[plane * count..][..count];
-            let outside = if plane == plan.groups[0].plane { EXCLUDED } else { 0.0 };
-            for phase in 0..layout.phases {
-                let to = base + plane * layout.plane_size + phase * layout.phase_size;
-                let to = &mut self.planes[to..to + layout.stride];
-                for (to, place) in to.iter_mut().zip(places[phase..].iter().step_by(layout.phases)) {
-                    *to = place.map_or(outside, |place| line[place]);
-                }
+        for &(column, place) in beyond {
+            let Some(place) = place else {
+                exclude(plan, &layout, &mut self.planes, base, column);
+                continue;
+            };
+            let (from, to) = (base + layout.index(place, 0), base + layout.index(column, 0));
+            for plane in 0..plan.plane_count {
+                self.planes[plane * layout.plane_size + to] = self.planes[plane * layout.plane_size + from];
             }
         }
     }
@@ -184,6 +232,47 @@ impl Tile {
     }
 }
 
+/// The columns of a row that are inside the image.
+struct Inside {
+    /// The first in the image, and the one after the last.
+    first: usize,
+    last: usize,
+    /// The first in the tile.
+    column: usize,
+}
+
+/// Distributes a row of samples, one in `stride`, to the phases of a plane, from a column of the tile on. Returns as
+/// [`Level::spread`](crate::simd::Level::spread).
+fn distribute(
+    plan: &Plan<'_>,
+    layout: &Layout,
+    planes: &mut [f32],
+    base: usize,
+    plane: usize,
+    column: usize,
+    samples: &[f32],
+    stride: usize,
+    factor: f32,
+) -> f32 {
+    let phases = layout.phases;
+    let count = samples.len().div_ceil(stride);
+    let mut largest = 0.0;
+    for phase in 0..phases.min(count) {
+        let to = base + plane * layout.plane_size + layout.index(column + phase, 0);
+        let to = &mut planes[to..][..(count - phase).div_ceil(phases)];
+        largest += plan.level.spread(&samples[phase * stride..], phases * stride, factor, to);
+    }
+    largest
+}
+
+/// Excludes the pixel of a column.
+fn exclude(plan: &Plan<'_>, layout: &Layout, planes: &mut [f32], base: usize, column: usize) {
+    let place = base + layout.index(column, 0);
+    for plane in 0..plan.plane_count {
+        planes[plane * layout.plane_size + place] = if plane == plan.groups[0].plane { EXCLUDED } else { 0.0 };
+    }
+}
+
 /// Turns `samples` of `channels` channels into planes, and marks pixels that can't be used.
 fn load_source(source: &Source, samples: &[f32], channels: usize, planes: &mut [f32], bad: &mut [bool]) {
     let count = bad.len();
@@ -195,7 +284,7 @@ fn load_source(source: &Source, samples: &[f32], channels: usize, planes: &mut [
                         Opacity::None => scale.forward(v),
                         Opacity::Straight(a) | Opacity::Premultiplied(a) if c == a => v,
                         Opacity::Straight(a) => scale.forward(v) * pixel[a],
-                        Opacity::Premultiplied(_) if scale == crate::Scale::Linear => v,
+                        Opacity::Premultiplied(_) if scale == Scale::Linear => v,
                         Opacity::Premultiplied(a) if pixel[a] > 0.0 => scale.forward(v / pixel[a]) * pixel[a],
                         Opacity::Premultiplied(_) => v.min(0.0) * 0.0,
                     } * factor;

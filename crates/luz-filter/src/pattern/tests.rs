@@ -29,11 +29,12 @@ fn sums(pattern: &Pattern) -> [f64; 2] {
 fn p_values(window: &Window, strategy: Strategy, density: Density, spoil: f64) -> [f64; 2] {
     let sampling = Sampling { strategy, density, samples: SampleCount::Count(30), ..Sampling::default() };
     let exact = sums(&super::window(window));
+    let axes = axes(window, density);
     let mut estimates = [Running::new(); 2];
     for seed in 0..400 {
         // Members of one seed depend on each other.
         let member = MEMBERS[seed as usize % MEMBERS.len()];
-        let mut pattern = sampled_member(window, &sampling, seed, member);
+        let mut pattern = sampled_member(&axes, window, &sampling, seed, member);
         pattern.log2_weights.iter_mut().for_each(|w| *w += spoil.log2());
         let sums = sums(&pattern);
         (0..2).for_each(|i| estimates[i].push(sums[i]));
@@ -72,9 +73,10 @@ fn deviation(strategy: Strategy, count: u32) -> f64 {
     let window = Window { sigma: 12.0, radius: 30, sigma_frames: 1.0, frame_radius: 0 };
     let sampling = Sampling { strategy, samples: SampleCount::Count(count), ..Sampling::default() };
     let smooth = |[x, y, _]: [i32; 3]| 0.5 + 0.5 * (0.11 * f64::from(x) + 0.07 * f64::from(y)).sin();
+    let axes = axes(&window, Density::Gaussian);
     let mut estimates = Running::new();
     for seed in 0..60 {
-        let pattern = sampled_member(&window, &sampling, seed, 3);
+        let pattern = sampled_member(&axes, &window, &sampling, seed, 3);
         let sum: f64 = pattern.offsets.iter().zip(&pattern.log2_weights).map(|(&o, w)| smooth(o) * w.exp2()).sum();
         estimates.push(sum);
     }

@@ -4,6 +4,7 @@ use std::arch::x86_64::*;
 
 use super::kernel::{self, RowJob};
 use super::lanes::{Lanes, polynomial};
+use super::spread;
 
 /// [`kernel::filter_row`], compiled for AVX2 as a whole.
 ///
@@ -13,6 +14,16 @@ use super::lanes::{Lanes, polynomial};
 pub(super) unsafe fn filter_row(job: &RowJob<'_>, out: &mut [f32]) {
     // SAFETY: passed on to the caller.
     unsafe { kernel::filter_row::<Avx2>(job, out) }
+}
+
+/// [`spread::spread`], compiled for AVX2 as a whole.
+///
+/// # Safety
+/// As [`spread::spread`], with the instructions of [`Avx2`].
+#[target_feature(enable = "avx2,fma")]
+pub(super) unsafe fn spread(from: &[f32], stride: usize, factor: f32, to: &mut [f32]) -> f32 {
+    // SAFETY: passed on to the caller.
+    unsafe { spread::spread::<Avx2>(from, stride, factor, to) }
 }
 
 #[derive(Clone, Copy)]
@@ -106,5 +117,15 @@ impl Lanes for Avx2 {
     unsafe fn bits_of_nearest(self) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm256_castsi256_ps(_mm256_cvtps_epi32(self.0)) })
+    }
+
+    #[inline(always)]
+    unsafe fn gather(from: *const f32, stride: usize) -> Self {
+        // SAFETY: see above; the caller vouches for the places.
+        unsafe {
+            let places =
+                _mm256_mullo_epi32(_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_set1_epi32(stride as i32));
+            Self(_mm256_i32gather_ps::<4>(from, places))
+        }
     }
 }

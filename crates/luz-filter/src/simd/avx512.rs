@@ -4,6 +4,7 @@ use std::arch::x86_64::*;
 
 use super::kernel::{self, RowJob};
 use super::lanes::{Lanes, polynomial};
+use super::spread;
 
 /// [`kernel::filter_row`], compiled for AVX-512 as a whole.
 ///
@@ -13,6 +14,16 @@ use super::lanes::{Lanes, polynomial};
 pub(super) unsafe fn filter_row(job: &RowJob<'_>, out: &mut [f32]) {
     // SAFETY: passed on to the caller.
     unsafe { kernel::filter_row::<Avx512>(job, out) }
+}
+
+/// [`spread::spread`], compiled for AVX-512 as a whole.
+///
+/// # Safety
+/// As [`spread::spread`], with the instructions of [`Avx512`].
+#[target_feature(enable = "avx512f,avx512vl,avx512bw,avx512dq,avx2,fma")]
+pub(super) unsafe fn spread(from: &[f32], stride: usize, factor: f32, to: &mut [f32]) -> f32 {
+    // SAFETY: passed on to the caller.
+    unsafe { spread::spread::<Avx512>(from, stride, factor, to) }
 }
 
 #[derive(Clone, Copy)]
@@ -106,5 +117,15 @@ impl Lanes for Avx512 {
     unsafe fn bits_of_nearest(self) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm512_castsi512_ps(_mm512_cvtps_epi32(self.0)) })
+    }
+
+    #[inline(always)]
+    unsafe fn gather(from: *const f32, stride: usize) -> Self {
+        // SAFETY: see above; the caller vouches for the places.
+        unsafe {
+            let numbers = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let places = _mm512_mullo_epi32(numbers, _mm512_set1_epi32(stride as i32));
+            Self(_mm512_i32gather_ps::<4>(places, from))
+        }
     }
 }

@@ -60,7 +60,7 @@ pub(crate) struct Group {
 
 /// A row of pixels to be filtered: for each centre `x`, all planes `v` of values become
 ///
-/// `v(x) + Σᵢ wᵢ (v(x + oᵢ) − v(x)) / (w₀ + Σᵢ wᵢ)`, `wᵢ = exp2(eᵢ − Σ_g dist_g²(x, x + oᵢ))`.
+/// `u (v(x) + Σᵢ wᵢ (v(x + oᵢ) − v(x)) / (w₀ + Σᵢ wᵢ))`, `wᵢ = exp2(eᵢ − Σ_g dist_g²(x, x + oᵢ))`.
 ///
 /// Planes lie one after the other. Centres are consecutive samples; the last ones are rounded up to [`RowJob::BLOCK`], so
 /// that there must be something to read and room to write there.
@@ -90,6 +90,8 @@ pub(crate) struct RowJob<'a> {
     pub centre_weight: f32,
     /// Of the range weights.
     pub precision: Precision,
+    /// What results are multiplied with.
+    pub unscale: f32,
 }
 
 impl RowJob<'_> {
@@ -284,10 +286,11 @@ unsafe fn filter_block<L: Lanes, E: Exponential<L>, const CHANNELS: usize, const
                 }
             }
         }
+        let unscale = L::splat(job.unscale);
         for c in 0..CHANNELS {
             for v in 0..VECTORS {
                 let mean = centre[c][v].add(sum[c][v].div(weight[v]));
-                mean.store(out.as_mut_ptr().add(c * columns + column + v * L::COUNT));
+                mean.mul(unscale).store(out.as_mut_ptr().add(c * columns + column + v * L::COUNT));
             }
         }
     }
@@ -360,7 +363,7 @@ unsafe fn filter_guided<L: Lanes, E: Exponential<L>>(job: &RowJob<'_>, out: &mut
             for v in 0..job.values.1 {
                 let centre = L::load(first.add((job.values.0 + v) * job.plane_size));
                 let to = to.add(v * columns);
-                centre.add(L::load(to).div(total)).store(to);
+                centre.add(L::load(to).div(total)).mul(L::splat(job.unscale)).store(to);
             }
         }
     }

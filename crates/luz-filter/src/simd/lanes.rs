@@ -11,6 +11,8 @@ pub(super) trait Lanes: Copy {
 
     unsafe fn splat(value: f32) -> Self;
     unsafe fn load(from: *const f32) -> Self;
+    /// Every `stride`-th sample from `from` on, all of which must exist; the stride fits in 16 bits.
+    unsafe fn gather(from: *const f32, stride: usize) -> Self;
     unsafe fn store(self, to: *mut f32);
     unsafe fn add(self, other: Self) -> Self;
     unsafe fn sub(self, other: Self) -> Self;

@@ -7,6 +7,7 @@ mod avx512;
 mod kernel;
 mod lanes;
 mod portable;
+mod spread;
 
 use serde::Serialize;
 
@@ -63,6 +64,24 @@ impl Level {
             Self::Avx2 => SimdLevel::Avx2,
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => SimdLevel::Avx512,
+        }
+    }
+
+    /// `to[i] = factor · from[i · stride]`. Returns at least the largest absolute value and at most
+    /// twice their sum; something not finite if one of them isn't.
+    /// Panics when `from` doesn't hold all samples, or the stride exceeds 16 bits.
+    pub fn spread(self, from: &[f32], stride: usize, factor: f32, to: &mut [f32]) -> f32 {
+        assert!(to.is_empty() || (to.len() - 1) * stride < from.len(), "samples beyond the last");
+        assert!(stride <= usize::from(u16::MAX), "samples too far apart");
+        match self {
+            // SAFETY: the portable lanes need nothing; the places were checked.
+            Self::Scalar => unsafe { spread::spread::<portable::Portable>(from, stride, factor, to) },
+            // SAFETY: the level is chosen only where the instructions are present; the places were checked.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { avx2::spread(from, stride, factor, to) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => unsafe { avx512::spread(from, stride, factor, to) },
         }
     }
 

@@ -91,4 +91,10 @@ impl Lanes for Portable {
     unsafe fn bits_of_nearest(self) -> Self {
         Self(self.0.map(|x| f32::from_bits((x + 0.5) as i32 as u32)))
     }
+
+    #[inline(always)]
+    unsafe fn gather(from: *const f32, stride: usize) -> Self {
+        // SAFETY: the caller vouches for the places.
+        Self(std::array::from_fn(|i| unsafe { from.add(i * stride).read() }))
+    }
 }

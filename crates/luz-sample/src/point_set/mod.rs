@@ -64,19 +64,34 @@ pub trait PointSet: Sync {
     /// positive.
     fn normal(&self, request: &Request, limits: [f64; 3]) -> Vec<[f64; 3]> {
         let mut points = self.uniform(request);
+        let normals = limits.map(TruncatedNormal::new);
         for point in &mut points {
-            for (v, limit) in point.iter_mut().zip(limits).take(request.dimensions) {
-                *v = truncated_normal_quantile(*v, limit);
+            for (v, normal) in point.iter_mut().zip(&normals).take(request.dimensions) {
+                *v = normal.quantile(*v);
             }
         }
         points
     }
 }
 
-/// The quantile of a standard normal number that is restricted to `[−limit, limit]`.
-pub fn truncated_normal_quantile(u: f64, limit: f64) -> f64 {
-    let tail = normal_survival(limit);
-    normal_quantile(tail + u * (1.0 - 2.0 * tail)).clamp(-limit, limit)
+/// A standard normal number that is restricted to `[−limit, limit]`.
+#[derive(Clone, Copy, Debug)]
+pub struct TruncatedNormal {
+    limit: f64,
+    /// The probability below `−limit` of the unrestricted number.
+    tail: f64,
+}
+
+impl TruncatedNormal {
+    /// With a positive limit.
+    pub fn new(limit: f64) -> Self {
+        Self { limit, tail: normal_survival(limit) }
+    }
+
+    /// The value below which the number lies with the probability `u`.
+    pub fn quantile(&self, u: f64) -> f64 {
+        normal_quantile(self.tail + u * (1.0 - 2.0 * self.tail)).clamp(-self.limit, self.limit)
+    }
 }
 
 /// The probability that a standard normal number lies between `a` and `b`, `a ≤ b`.

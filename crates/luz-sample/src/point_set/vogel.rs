@@ -2,7 +2,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use super::{PointSet, Request, is_within, mass_within};
+use super::{PointSet, Request, TruncatedNormal, is_within, mass_within};
 
 /// A golden-angle spiral (Vogel 1979, "A Better Way to Construct the Sunflower Head"), with radii at even quantiles of the
 /// distribution. A third coordinate, if wanted, follows a Kronecker sequence.
@@ -34,7 +34,8 @@ impl PointSet for Vogel {
         let wanted = request.count as f64 / mass_within(2, limits);
         let mut points = spiral(request, wanted, |u| (-2.0 * (-u).ln_1p()).sqrt());
         if request.dimensions > 2 {
-            points.iter_mut().for_each(|p| p[2] = super::truncated_normal_quantile(p[2], limits[2]));
+            let third = TruncatedNormal::new(limits[2]);
+            points.iter_mut().for_each(|p| p[2] = third.quantile(p[2]));
         }
         points.retain(|p| is_within(p, 2, limits));
         points
