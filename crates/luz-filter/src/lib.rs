@@ -17,6 +17,7 @@
 
 mod auto;
 mod border;
+mod cosines;
 mod error;
 mod filter;
 mod method;
@@ -30,6 +31,7 @@ mod scale;
 mod simd;
 mod tile;
 mod video;
+mod worker;
 
 pub use border::Border;
 pub use error::FilterError;
