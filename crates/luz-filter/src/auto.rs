@@ -4,8 +4,8 @@ use luz_sample::random::{hash, unit_f64};
 
 use crate::pattern::{self, PHASES, Pattern};
 use crate::plan::{Frame, Plan};
-use crate::run::{Compiled, Worker};
 use crate::tile::{Area, Layout};
+use crate::worker::{Compiled, Worker};
 use crate::{Density, FilterError, Method, Precision, SampleCount, Sampling, Strategy};
 
 /// What was chosen.

@@ -17,6 +17,7 @@
 
 mod auto;
 mod border;
+mod cosines;
 mod error;
 mod filter;
 mod method;
@@ -31,6 +32,7 @@ mod simd;
 mod tile;
 pub mod uses;
 mod video;
+mod worker;
 
 pub use border::Border;
 pub use error::FilterError;

@@ -1,16 +1,15 @@
 //! Tiles in parallel.
 
-use std::ops::RangeInclusive;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use luz_image::Image;
 
 use crate::pattern::{self, Pattern};
-use crate::plan::{Frame, Opacity, Plan, check};
-use crate::simd::RowJob;
-use crate::tile::{Area, Layout, Tile};
-use crate::{FilterError, Filtered, Method, Precision, Progress, Report, Scale, auto, regression};
+use crate::plan::{Frame, Plan, check};
+use crate::tile::{Area, Layout};
+use crate::worker::{Compiled, Worker};
+use crate::{FilterError, Filtered, Method, Progress, Report, auto, cosines, regression};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -54,6 +53,10 @@ fn by_method(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Image, FilterError> {
     report.method = method;
+    if let Method::Cosines { quality } = method {
+        check("the quality in dB", quality as f32, 0.0, 100.0)?;
+        return cosines::filter(plan, quality, report, progress);
+    }
     let Method::Sampled(sampling) = method else {
         let patterns = [pattern::window(&plan.window)];
         report.samples_per_pixel = samples_per_pixel(&patterns);
@@ -81,25 +84,7 @@ fn samples_per_pixel(patterns: &[Pattern]) -> f64 {
     1.0 + patterns.iter().map(|p| p.offsets.len()).sum::<usize>() as f64 / patterns.len() as f64
 }
 
-/// A pattern as the kernel wants it.
-pub(crate) struct Compiled {
-    offsets: Vec<i32>,
-    exponents: Vec<f32>,
-    reach: (i32, i32),
-    centre_weight: f32,
-}
-
-impl Compiled {
-    pub fn new(pattern: &Pattern, layout: &Layout, phase: [usize; 2], precision: Precision) -> Self {
-        let offsets: Vec<i32> = pattern.offsets.iter().map(|&o| layout.offset(phase, o)).collect();
-        let reach = offsets.iter().fold((0, 0), |(a, b), &o| (o.min(a), o.max(b)));
-        let exponents = pattern.log2_weights.iter().map(|&w| precision.exponent(w)).collect();
-        Self { offsets, exponents, reach, centre_weight: pattern.centre_weight as f32 }
-    }
-}
-
-/// Filters with given patterns. There is one for each phase of the
-/// columns and rows.
+/// Filters with given patterns. There is one for each phase of the columns and rows.
 fn filter(
     plan: &Plan<'_>,
     patterns: &[Pattern],
@@ -107,11 +92,26 @@ fn filter(
     report: &mut Report,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Image, FilterError> {
+    let side = (4 * plan.window.radius).clamp(256, 512);
+    tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area| worker.filter(area))
+}
+
+/// Filters tile by tile, each at most `side` pixels wide and high: `filter` does it for an area that is loaded, using
+/// `extra` bytes of memory beside the tile's, and returns how many pixels were excluded.
+pub(crate) fn tiles(
+    plan: &Plan<'_>,
+    patterns: &[Pattern],
+    frames: &[Option<Frame<'_>>],
+    report: &mut Report,
+    progress: &(dyn Fn(Progress) + Sync),
+    side: usize,
+    extra: impl Fn(&Layout) -> usize,
+    filter: impl Fn(&mut Worker<'_>, &Area) -> u64 + Sync,
+) -> Result<Image, FilterError> {
     let phases = patterns.len().isqrt();
     let image = plan.frame.image;
     let (width, height, channels) = (image.width(), image.height(), image.channel_count());
     let existing = plan.existing(frames);
-    let side = (4 * plan.window.radius).clamp(256, 512);
     let layout = Layout::new(plan, phases, side.min(width), side.min(height)).ok_or_else(|| plan.too_large())?;
     let compiled: Vec<Compiled> = patterns
         .iter()
@@ -137,7 +137,7 @@ fn filter(
             let (x, y) = (tile % across * layout.width, tile / across * layout.height);
             let area = Area { x, y, width: layout.width.min(width - x), height: layout.height.min(height - y) };
             worker.load(frames, &existing, &area);
-            excluded.fetch_add(worker.filter(&area), Ordering::Relaxed);
+            excluded.fetch_add(filter(&mut worker, &area), Ordering::Relaxed);
             let row = area.width * channels;
             if let Ok(mut band) = bands[tile / across].lock() {
                 for (from, to) in worker.result.chunks_exact(row).zip(band.chunks_exact_mut(width * channels)) {
@@ -149,7 +149,7 @@ fn filter(
             progress(Progress { done, total: (width * height) as u64 });
         }
     };
-    let bytes = layout.bytes(plan) + layout.width * layout.height * channels * 4;
+    let bytes = layout.bytes(plan) + layout.width * layout.height * channels * 4 + extra(&layout);
     let budget = (2 * width * height * channels * 4 / bytes).max(1);
     let workers = rayon::current_num_threads().min(budget).min(tiles);
     if workers == 1 {
@@ -163,113 +163,4 @@ fn filter(
     let mut result = Image::from_data(width, height, image.channels().iter().cloned(), samples)?;
     result.metadata = image.metadata.clone();
     Ok(result)
-}
-
-/// What a thread needs.
-pub(crate) struct Worker<'a> {
-    plan: &'a Plan<'a>,
-    compiled: &'a [Compiled],
-    tile: Tile,
-    /// The values of a row of one phase, as planes.
-    row: Vec<f32>,
-    /// The area's filtered pixels.
-    pub result: Vec<f32>,
-}
-
-impl<'a> Worker<'a> {
-    pub fn new(plan: &'a Plan<'a>, layout: Layout, compiled: &'a [Compiled]) -> Self {
-        let columns = (layout.width / layout.phases).next_multiple_of(RowJob::BLOCK);
-        Self {
-            plan,
-            compiled,
-            tile: Tile::new(layout, plan),
-            row: vec![0.0; columns * plan.values.1],
-            result: Vec::new(),
-        }
-    }
-
-    /// Loads an area with the frames of a window that exist.
-    pub fn load(&mut self, window: &[Option<Frame<'_>>], existing: &RangeInclusive<i32>, area: &Area) {
-        self.tile.has_excluded = false;
-        let (middle, r) = ((window.len() / 2) as i32, self.plan.window.frame_radius as i32);
-        for t in existing.clone() {
-            if let Some(frame) = &window[(middle + t) as usize] {
-                self.tile.load(self.plan, frame, (r + t) as usize, area);
-            }
-        }
-    }
-
-    /// Filters the area of the loaded tile into [`Self::result`]. Returns how many pixels were excluded.
-    pub fn filter(&mut self, area: &Area) -> u64 {
-        let (plan, layout) = (self.plan, self.tile.layout);
-        let (channels, phases, image) = (plan.values.1, layout.phases, plan.frame.image);
-        self.result.resize(area.width * area.height * channels, 0.0);
-        let middle = plan.window.frame_radius * layout.frame_size;
-        let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
-        let plain = linear && !self.tile.has_excluded;
-        let mut excluded = 0;
-        for y in 0..area.height {
-            for x in 0..phases.min(area.width) {
-                let columns = (area.width - x).div_ceil(phases);
-                let pattern = &self.compiled[y % phases * phases + x];
-                let centre = middle + layout.index(layout.margin + x, layout.margin + y);
-                let job = RowJob {
-                    planes: &self.tile.planes,
-                    plane_size: layout.plane_size,
-                    plane_count: plan.plane_count,
-                    centre,
-                    columns,
-                    groups: &plan.groups,
-                    values: plan.values,
-                    offsets: &pattern.offsets,
-                    exponents: &pattern.exponents,
-                    reach: pattern.reach,
-                    centre_weight: pattern.centre_weight,
-                    precision: plan.precision,
-                    unscale: 1.0 / plan.value_factor,
-                };
-                plan.level.filter_row(&job, &mut self.row);
-                let stride = columns.next_multiple_of(RowJob::BLOCK);
-                let out = &mut self.result[y * area.width * channels..][..area.width * channels];
-                for c in 0..channels {
-                    let to = out[x * channels + c..].iter_mut().step_by(phases * channels);
-                    to.zip(&self.row[c * stride..]).for_each(|(to, &v)| *to = v);
-                }
-                if !plain {
-                    for i in 0..columns {
-                        let to = &mut out[(x + i * phases) * channels..][..channels];
-                        let original = image.pixel(area.x + x + i * phases, area.y + y);
-                        if self.tile.has_excluded && self.tile.is_excluded(plan, centre + i) {
-                            to.copy_from_slice(original);
-                            excluded += 1;
-                        } else {
-                            restore(plan, to, original);
-                        }
-                    }
-                }
-            }
-        }
-        excluded
-    }
-}
-
-/// Takes a pixel from the scale of the planes back to that of the image.
-fn restore(plan: &Plan<'_>, pixel: &mut [f32], original: &[f32]) {
-    let scale = plan.filter.mean_scale;
-    match plan.opacity {
-        Opacity::None => pixel.iter_mut().for_each(|v| *v = scale.backward(*v)),
-        Opacity::Premultiplied(_) if scale == Scale::Linear => {}
-        Opacity::Straight(a) | Opacity::Premultiplied(a) => {
-            let alpha = pixel[a];
-            for c in (0..pixel.len()).filter(|&c| c != a) {
-                pixel[c] = match plan.opacity {
-                    Opacity::Straight(_) if alpha > 0.0 => scale.backward(pixel[c] / alpha),
-                    // What can't be seen keeps its colour.
-                    Opacity::Straight(_) => original[c],
-                    _ if alpha > 0.0 => scale.backward(pixel[c] / alpha) * alpha,
-                    _ => original[c],
-                };
-            }
-        }
-    }
 }

@@ -2,28 +2,16 @@
 
 use std::arch::x86_64::*;
 
-use super::kernel::{self, RowJob};
-use super::lanes::{Lanes, polynomial};
-use super::spread;
+use super::lanes::{Lanes, Task, polynomial};
 
-/// [`kernel::filter_row`], compiled for AVX2 as a whole.
+/// [`Task::run`], compiled for AVX2 as a whole.
 ///
 /// # Safety
-/// As [`kernel::filter_row`], with AVX2 and FMA.
+/// As [`Task::run`], with the instructions of [`Avx2`].
 #[target_feature(enable = "avx2,fma")]
-pub(super) unsafe fn filter_row(job: &RowJob<'_>, out: &mut [f32]) {
+pub(super) unsafe fn run<T: Task>(task: T) -> T::Output {
     // SAFETY: passed on to the caller.
-    unsafe { kernel::filter_row::<Avx2>(job, out) }
-}
-
-/// [`spread::spread`], compiled for AVX2 as a whole.
-///
-/// # Safety
-/// As [`spread::spread`], with the instructions of [`Avx2`].
-#[target_feature(enable = "avx2,fma")]
-pub(super) unsafe fn spread(from: &[f32], stride: usize, factor: f32, to: &mut [f32]) -> f32 {
-    // SAFETY: passed on to the caller.
-    unsafe { spread::spread::<Avx2>(from, stride, factor, to) }
+    unsafe { task.run::<Avx2>() }
 }
 
 #[derive(Clone, Copy)]

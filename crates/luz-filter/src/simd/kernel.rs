@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Task};
 
 /// How exactly the range Gaussian is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
@@ -118,22 +118,31 @@ const CHUNK: usize = 256;
 
 /// Filters a row: the values go to `out`, plane by plane, each [`RowJob::columns`] rounded up to [`RowJob::BLOCK`] apart.
 ///
-/// # Safety
-/// The instructions of `L` must be present, and `job.check(out.len())` must have passed, with offsets within the reach.
-#[inline(always)]
-pub(super) unsafe fn filter_row<L: Lanes>(job: &RowJob<'_>, out: &mut [f32]) {
-    // SAFETY: passed on to the caller.
-    unsafe {
-        match job.precision {
-            Precision::Full => filter::<L, Polynomial<L, 5>>(job, out, Polynomial::new(FULL)),
-            Precision::Fine => filter::<L, Polynomial<L, 4>>(job, out, Polynomial::new(FINE)),
-            Precision::Fast => filter::<L, Linear<L>>(job, out, Linear(L::splat((1u32 << 23) as f32))),
+/// Demands that `job.check(out.len())` has passed, with offsets within the reach.
+pub(super) struct FilterRow<'a> {
+    pub job: &'a RowJob<'a>,
+    pub out: &'a mut [f32],
+}
+
+impl Task for FilterRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    unsafe fn run<L: Lanes>(self) {
+        let Self { job, out } = self;
+        // SAFETY: passed on to the caller.
+        unsafe {
+            match job.precision {
+                Precision::Full => filter::<L, Polynomial<L, 5>>(job, out, Polynomial::new(FULL)),
+                Precision::Fine => filter::<L, Polynomial<L, 4>>(job, out, Polynomial::new(FINE)),
+                Precision::Fast => filter::<L, Linear<L>>(job, out, Linear(L::splat((1u32 << 23) as f32))),
+            }
         }
     }
 }
 
 /// # Safety
-/// As [`filter_row`].
+/// As [`FilterRow`].
 #[inline(always)]
 unsafe fn filter<L: Lanes, E: Exponential<L>>(job: &RowJob<'_>, out: &mut [f32], exponential: E) {
     let alone = match job.groups {
@@ -208,7 +217,7 @@ impl<L: Lanes> Exponential<L> for Linear<L> {
 /// The image is its own guide: each sample is read once.
 ///
 /// # Safety
-/// As [`filter_row`].
+/// As [`FilterRow`].
 #[inline(always)]
 unsafe fn filter_alone<L: Lanes, E: Exponential<L>, const CHANNELS: usize>(
     job: &RowJob<'_>,
@@ -237,7 +246,7 @@ unsafe fn filter_alone<L: Lanes, E: Exponential<L>, const CHANNELS: usize>(
 /// `VECTORS` vectors of centres from `column` on.
 ///
 /// # Safety
-/// As [`filter_row`], with as many columns.
+/// As [`FilterRow`], with as many columns.
 #[inline(always)]
 unsafe fn filter_block<L: Lanes, E: Exponential<L>, const CHANNELS: usize, const VECTORS: usize>(
     job: &RowJob<'_>,
@@ -299,7 +308,7 @@ unsafe fn filter_block<L: Lanes, E: Exponential<L>, const CHANNELS: usize, const
 /// Any guides and any number of values: the weights of some samples first, then their sums, value by value.
 ///
 /// # Safety
-/// As [`filter_row`].
+/// As [`FilterRow`].
 #[inline(always)]
 unsafe fn filter_guided<L: Lanes, E: Exponential<L>>(job: &RowJob<'_>, out: &mut [f32], exponential: E) {
     const BATCH: usize = 64;

@@ -44,3 +44,14 @@ pub(super) unsafe fn polynomial<L: Lanes, const TERMS: usize>(x: L, coefficients
     }
     sum
 }
+
+/// Something to do with vectors.
+pub(super) trait Task {
+    type Output;
+
+    /// Does it.
+    ///
+    /// # Safety
+    /// The instructions of `L` must be present, and what the task demands beside must hold.
+    unsafe fn run<L: Lanes>(self) -> Self::Output;
+}
