@@ -40,7 +40,7 @@ impl Default for NoiseFilter {
 }
 
 /// The width of the blur that makes a guide of a frame, in pixels.
-pub const GUIDE_BLUR: f32 = 0.8;
+const GUIDE_BLUR: f32 = 0.8;
 /// σ_r in deviations of a guide's noise at strength 1.
 const TOLERANCE: f32 = 2.0;
 
@@ -142,5 +142,73 @@ impl VideoDenoiser {
     /// The noise that was given or measured; none before the first frame.
     pub fn noise(&self) -> Option<f32> {
         self.noise
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::noise::tests::normal;
+    use super::*;
+
+    const SIGMA: f32 = 0.06;
+
+    /// A disk that moves over a ramp; the noise of each frame is its own.
+    fn frame(number: usize, noise: f32) -> Image {
+        let data = (0..72 * 56)
+            .flat_map(|i| {
+                let (x, y) = ((i % 72) as f32, (i / 72) as f32);
+                let is_disk = (x - 20.0 - 2.0 * number as f32).hypot(y - 28.0) < 12.0;
+                let v = if is_disk { 0.75 } else { 0.2 + 0.003 * x };
+                [0, 1, 2].map(|c| v + noise * normal(c + 3 * number as u64, i as u64))
+            })
+            .collect();
+        Image::from_data(72, 56, ["R", "G", "B"], data).unwrap()
+    }
+
+    fn error(a: &Image, b: &Image) -> f32 {
+        a.data().iter().zip(b.data()).map(|(a, b)| (a - b) * (a - b)).sum::<f32>() / a.data().len() as f32
+    }
+
+    #[test]
+    fn an_image_loses_its_noise() {
+        let settings = NoiseFilter { method: Method::Exact, ..NoiseFilter::default() };
+        let clean = settings.image(&frame(0, SIGMA), &|_| {}).unwrap().image;
+        assert!(error(&clean, &frame(0, 0.0)) < SIGMA * SIGMA / 8.0, "{}", error(&clean, &frame(0, 0.0)));
+    }
+
+    #[test]
+    fn a_video_loses_more_and_what_moves_leaves_no_trail() {
+        let settings = NoiseFilter { method: Method::Exact, sigma_spatial: 1.5, ..NoiseFilter::default() };
+        let mut video = settings.video().unwrap();
+        let mut clean = Vec::new();
+        for i in 0..9 {
+            clean.extend(video.push(frame(i, SIGMA), &|_| {}).unwrap());
+        }
+        while let Some(frame) = video.flush().unwrap() {
+            clean.push(frame);
+        }
+        assert!((video.noise().unwrap() / SIGMA - 1.0).abs() < 0.15, "{:?}", video.noise());
+        assert_eq!(clean.len(), 9);
+        for (i, clean) in clean.iter().enumerate() {
+            let alone = settings.image(&frame(i, SIGMA), &|_| {}).unwrap().image;
+            let (left, alone) = (error(&clean.image, &frame(i, 0.0)), error(&alone, &frame(i, 0.0)));
+            assert!(left < 0.6 * alone && left < SIGMA * SIGMA / 10.0, "frame {i}: {left} {alone}");
+        }
+    }
+
+    #[test]
+    fn wrong_settings_and_odd_images_are_refused_or_harmless() {
+        for settings in [
+            NoiseFilter { sigma_spatial: f32::NAN, ..NoiseFilter::default() },
+            NoiseFilter { sigma_temporal: 0.0, ..NoiseFilter::default() },
+        ] {
+            let still = settings.image(&frame(0, SIGMA), &|_| {});
+            assert!(still.is_err() || settings.video().is_err());
+        }
+        let settings = NoiseFilter::default();
+        for image in [Image::new(1, 1, ["Y"]).unwrap(), Image::new(1, 40, ["R", "G", "B", "A"]).unwrap()] {
+            assert_eq!(settings.image(&image, &|_| {}).unwrap().image.data(), image.data());
+        }
+        assert!(settings.image(&Image::new(4, 4, ["a", "b"]).unwrap(), &|_| {}).is_err());
     }
 }

@@ -98,7 +98,7 @@ mod tests {
 
     fn enhance(strength: f32, scale: Scale, image: &Image) -> Image {
         let method = Method::Exact;
-        let settings = DetailEnhancement { strength, scale, sigma_spatial: 3.0, method, ..Default::default() };
+        let settings = DetailEnhancement { strength, scale, sigma_spatial: 3.0, sigma_range: 0.2, method };
         settings.apply(image, &|_| {}).unwrap().0
     }
 
