@@ -7,11 +7,12 @@ use super::filtering::arguments::{
     TonemapArguments,
 };
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
-    SimdName, Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Period, PixelName, RenderOutput, Resolution,
+    SampleName, SamplerName, Share, SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
+use luz::render::Shard;
 use luz::render::integrator::Technique;
 use luz::render::light::LightSampler;
 use luz::sample::mis::Heuristic;
@@ -48,8 +49,17 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene
-    #[command(after_help = RENDER_HELP)]
-    Render(RenderArguments),
+    #[command(after_help = RENDER_HELP, args_override_self = true)]
+    Render(Box<RenderArguments>),
+    /// Split a render into shards: prints the commands
+    #[command(after_help = PLAN_HELP)]
+    Plan(PlanArguments),
+    /// Put the shards of a render together
+    #[command(after_help = MERGE_HELP)]
+    Merge(MergeArguments),
+    /// Follow one sample of one pixel, vertex by vertex
+    #[command(after_help = TRACE_HELP)]
+    Trace(TraceArguments),
     /// Say what is inside a scene, and what of it cannot be rendered
     #[command(after_help = INFO_HELP)]
     Info(InfoArguments),
@@ -92,17 +102,20 @@ Examples:
   luz render scenes/cornell-box.pbrt
   luz render scene.pbrt -o picture.png --exposure 1
   luz render scene.pbrt -o out.exr -o out.png --spp 256 --resolution 640x360
-  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report a.json";
+  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report a.json
+  luz render scene.pbrt --time 10m --error 1% --checkpoint scene.luz
+  luz render --resume scene.luz --time 10m";
 
 /// `luz render`
 #[derive(Debug, Args)]
 pub struct RenderArguments {
     /// The scene, a pbrt-v4 file (.pbrt, .pbrt.gz)
-    pub scene: PathBuf,
-    /// Write this file; its extension chooses the format: exr, pfm, hdr (linear), png, jpg, tiff (tone-mapped).
-    /// Repeat it for several
+    #[arg(required_unless_present = "resume")]
+    pub scene: Option<PathBuf>,
+    /// Write this file; its extension chooses the format: exr, pfm, hdr (linear), png, jpg, tiff (tone-mapped), luz
+    /// (a checkpoint, to go on with or to merge). Repeat it for several
     #[arg(short, long, value_name = "FILE", alias = "outfile")]
-    pub output: Vec<OutputFile>,
+    pub output: Vec<RenderOutput>,
     /// Write a report as JSON: settings, samples, times, rays, error, what is in the scene
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
@@ -127,7 +140,7 @@ pub struct RenderArguments {
 }
 
 /// What to render otherwise than the scene says.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Instead of what the scene says")]
 pub struct OverrideArguments {
     /// Samples per pixel
@@ -272,7 +285,7 @@ mod tests {
     #[test]
     fn the_help_names_every_exit_code() {
         let help = Arguments::command().render_long_help().to_string();
-        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "130 "] {
+        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "7 ", "130 ", "143 "] {
             assert!(help.lines().any(|line| line.trim_start().starts_with(code)), "{code} in {help}");
         }
     }

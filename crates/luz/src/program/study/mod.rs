@@ -54,7 +54,7 @@ fn study(arguments: &StudyArguments) -> Result<Exit, Exit> {
     watcher.finish();
     let outcome = outcome.map_err(explain)?;
     write(arguments, &files, &outcome)?;
-    Ok(if outcome.interrupted { Exit::Interrupted } else { Exit::Success })
+    Ok(if outcome.interrupted { interrupt::exit() } else { Exit::Success })
 }
 
 /// What is to be done, or what is wrong with the command line.
@@ -130,7 +130,7 @@ fn explain(error: StudyError) -> Exit {
         }
         StudyError::NothingDone => {
             problems::error("interrupted before every variant had been rendered at all; nothing was written");
-            Exit::Interrupted
+            interrupt::exit()
         }
         StudyError::Reference(_) | StudyError::Size { .. } => {
             problems::error(&error.to_string());
