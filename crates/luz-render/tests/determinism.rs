@@ -3,9 +3,9 @@
 mod common;
 
 use common::{load, overrides};
-use luz_render::{Overrides, Renderer};
 use luz_render::film::Film;
 use luz_render::world::Loaded;
+use luz_render::{Overrides, Renderer};
 use luz_sample::mis::Heuristic;
 use luz_sample::roulette::Roulette;
 
@@ -66,7 +66,10 @@ fn threads_and_passes_change_nothing() {
         assert!(alone.iter().any(|&b| f32::from_bits(b) > 0.0));
         for threads in [2, 3, 7] {
             assert!(with_threads(&wishes, threads, &[48]) == alone, "{way}, {threads} threads");
-            assert!(with_threads(&wishes, threads, &[1, 2, 4, 5, 36]) == alone, "{way}, {threads} threads, five passes");
+            assert!(
+                with_threads(&wishes, threads, &[1, 2, 4, 5, 36]) == alone,
+                "{way}, {threads} threads, five passes"
+            );
         }
     }
 }

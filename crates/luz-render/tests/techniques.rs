@@ -164,8 +164,7 @@ const BOX: &str = r#"
 #[test]
 fn roulette_and_splitting_keep_the_mean() {
     let measured = |roulette: Roulette, seed: u64| {
-        let wanted =
-            luz_render::Overrides { roulette: Some(roulette), seed: Some(seed), ..overrides([16, 12], 512) };
+        let wanted = luz_render::Overrides { roulette: Some(roulette), seed: Some(seed), ..overrides([16, 12], 512) };
         mean(&render(&load(BOX, &wanted)))
     };
     let none = measured(Roulette::None, 1);

@@ -197,9 +197,7 @@ impl Film {
     /// as relMSE has it. Infinite while the variance is unknown.
     pub fn typical_error(&self) -> f64 {
         let average = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
-        let of_pixel = |pixel: Estimate| {
-            (average(pixel.variance) / (average(pixel.mean.map(|m| m * m)) + 0.01)).sqrt()
-        };
+        let of_pixel = |pixel: Estimate| (average(pixel.variance) / (average(pixel.mean.map(|m| m * m)) + 0.01)).sqrt();
         let mut errors: Vec<f64> = self.estimates().filter(|pixel| pixel.count > 0).map(of_pixel).collect();
         let kept = errors.len() - errors.len() / 100;
         if kept == 0 {

@@ -301,7 +301,8 @@ impl EfficiencyGuide {
         };
         let cells = octree.leaves.checked_mul(FACINGS)?;
         // Children stand behind their parents, so that every walk from the root ends.
-        let is_forward = octree.nodes.iter().enumerate().all(|(i, node)| !matches!(node, Node::Inner(f) if *f as usize <= i));
+        let is_forward =
+            octree.nodes.iter().enumerate().all(|(i, node)| !matches!(node, Node::Inner(f) if *f as usize <= i));
         if !octree.nodes.iter().all(fits) || !is_forward || octree.nodes.is_empty() {
             return None;
         }

@@ -243,12 +243,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
     }
 
     /// Goes on from a vertex as often as it is worth the rays.
-    fn split(
-        &mut self,
-        branch: &mut Branch,
-        surface: &SurfacePoint,
-        shading: &Shading<'_>,
-    ) -> Result<(), PathEnd> {
+    fn split(&mut self, branch: &mut Branch, surface: &SurfacePoint, shading: &Shading<'_>) -> Result<(), PathEnd> {
         let known = self.ledger.as_ref().and_then(|ledger| ledger.expected(surface, branch.throughput));
         let Continuations { count, weight } = match known {
             Some(expected) => {

@@ -76,9 +76,12 @@ impl SampleLimits {
     /// The share of all samples that is done after so many rounds, as far as it is known.
     pub fn progress(&self, done: u32) -> f64 {
         match self {
-            Self::Uniform(rounds) | Self::Undecided { most: rounds, .. } => f64::from(done) / f64::from((*rounds).max(1)),
+            Self::Uniform(rounds) | Self::Undecided { most: rounds, .. } => {
+                f64::from(done) / f64::from((*rounds).max(1))
+            }
             Self::Decided { limits, .. } => {
-                let count = |limit: &dyn Fn(u32) -> u32| limits.iter().flatten().map(|&l| u64::from(limit(l))).sum::<u64>();
+                let count =
+                    |limit: &dyn Fn(u32) -> u32| limits.iter().flatten().map(|&l| u64::from(limit(l))).sum::<u64>();
                 count(&|limit| limit.min(done)) as f64 / count(&|limit| limit).max(1) as f64
             }
         }
@@ -121,9 +124,11 @@ impl SampleLimits {
             .iter()
             .zip(&needs[0])
             .zip(is_ours)
-            .map(|((&first, &second), is_ours)| {
-                if is_ours { [clamp(first / 2.0), clamp(second / 2.0)] } else { [pilot; 2] }
-            })
+            .map(
+                |((&first, &second), is_ours)| {
+                    if is_ours { [clamp(first / 2.0), clamp(second / 2.0)] } else { [pilot; 2] }
+                },
+            )
             .collect();
         let rounds = limits.iter().flatten().copied().max().unwrap_or(pilot);
         *self = Self::Decided { limits, rounds };

@@ -22,11 +22,11 @@ use crate::integrator::{PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use adaptive::SampleLimits;
+use incident::panic_message;
 use luz_sample::mis::Heuristic;
 use luz_sample::random::hash;
 use luz_sample::roulette::Roulette;
 use luz_sample::{Sampler, SamplerConfig};
-use incident::panic_message;
 use optimal::OptimalDirect;
 use rayon::prelude::*;
 use sample::PixelSampler;
@@ -113,7 +113,10 @@ impl<'a> Renderer<'a> {
             settings,
             samplers,
             film: Film::new(contents, settings.bounds),
-            optimal: vec![optimal::estimator(); if is_optimal { settings.bounds.area() * contents.buffers() } else { 0 }],
+            optimal: vec![
+                optimal::estimator();
+                if is_optimal { settings.bounds.area() * contents.buffers() } else { 0 }
+            ],
             pixel_records: vec![PixelRecord::default(); if guide.is_some() { settings.bounds.area() } else { 0 }],
             guide,
             rounds_done: 0,
@@ -264,13 +267,7 @@ impl<'a> Renderer<'a> {
 
     /// Traces one sample of a half of a pixel of the frame for an observer, and leaves the film alone. Returns its colour. `None`
     /// if there is no such half. (Roulette by efficiency is that by throughput here.)
-    pub fn trace(
-        &self,
-        pixel: [u32; 2],
-        half: u32,
-        sample: u32,
-        observer: &mut impl PathObserver,
-    ) -> Option<[f32; 3]> {
+    pub fn trace(&self, pixel: [u32; 2], half: u32, sample: u32, observer: &mut impl PathObserver) -> Option<[f32; 3]> {
         let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
         ((half as usize) < task.halves()).then(|| task.trace(pixel, half as usize, sample, observer))
     }

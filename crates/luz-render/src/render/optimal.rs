@@ -46,11 +46,7 @@ impl DirectAttempts {
     }
 
     /// The sample's estimate of direct light.
-    pub fn end_round(
-        &self,
-        estimator: &mut OptimalDirect,
-        to_rgb: impl Fn(SampledSpectrum) -> [f32; 3],
-    ) -> [f32; 3] {
+    pub fn end_round(&self, estimator: &mut OptimalDirect, to_rgb: impl Fn(SampledSpectrum) -> [f32; 3]) -> [f32; 3] {
         if !self.has_looked {
             return estimator.end_empty_round().map(|v| v as f32);
         }

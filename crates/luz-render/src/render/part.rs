@@ -186,7 +186,8 @@ impl Renderer<'_> {
             return Err(PartError);
         }
         (self.film, self.limits, self.optimal, self.guide) = (film, limits, optimal, guide);
-        (self.pixel_records, self.rounds_done, self.cost, self.incidents) = (pixel_records, rounds_done, cost, incidents);
+        (self.pixel_records, self.rounds_done, self.cost, self.incidents) =
+            (pixel_records, rounds_done, cost, incidents);
         self.set_shard(shard);
         Ok(())
     }

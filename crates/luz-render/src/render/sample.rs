@@ -59,8 +59,7 @@ impl<'a> PixelSampler<'a> {
         let Start { mut samples, mut wavelengths, ray, differentials, .. } = self.start(pixel, half, index);
         let differentials = differentials.as_ref();
         let cost = &mut PathCost::default();
-        let radiance =
-            self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, None, cost);
+        let radiance = self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, None, cost);
         self.settings.sensor.to_output_rgb(radiance, &wavelengths)
     }
 
@@ -143,10 +142,7 @@ impl<'a> SampleObserver<'a> {
     fn layers(&self, wavelengths: &Wavelengths) -> LayerSample {
         let rgb = |shares: [SampledSpectrum; 2]| shares.map(|s| self.settings.sensor.to_output_rgb(s, wavelengths));
         let [weighted, alone] = self.shares.map(rgb);
-        LayerSample {
-            features: self.features.unwrap_or_default(),
-            techniques: TechniqueShares { weighted, alone },
-        }
+        LayerSample { features: self.features.unwrap_or_default(), techniques: TechniqueShares { weighted, alone } }
     }
 
     fn see(&self, vertex: &Vertex<'_>, wavelengths: &Wavelengths) -> Features {

@@ -101,7 +101,8 @@ impl FromStr for Shard {
     /// Reads `I/N` with `1 ≤ I ≤ N`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (index, count) = text.split_once('/').ok_or("expected I/N, 2/4 say for the second of four")?;
-        let number = |text: &str| text.trim().parse::<u32>().map_err(|_| format!("`{text}` is not a number of a shard"));
+        let number =
+            |text: &str| text.trim().parse::<u32>().map_err(|_| format!("`{text}` is not a number of a shard"));
         let (index, count) = (number(index)?, number(count)?);
         if !(1..=Self::MOST).contains(&count) || !(1..=count).contains(&index) {
             return Err(format!("shards are numbered from 1 to their number, which is at most {}", Self::MOST));

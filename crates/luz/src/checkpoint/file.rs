@@ -133,7 +133,8 @@ impl Checkpoint {
         let Header { identity, parts } = serde_json::from_slice(header).map_err(|_| FileError::Unfit)?;
         let mut read = Vec::with_capacity(parts.len());
         for header in parts {
-            let length = header.data_length().and_then(|length| usize::try_from(length).ok()).ok_or(FileError::Unfit)?;
+            let length =
+                header.data_length().and_then(|length| usize::try_from(length).ok()).ok_or(FileError::Unfit)?;
             let (own, rest) = data.split_at_checked(length).ok_or(FileError::Unfit)?;
             data = rest;
             read.push(Part { header, data: own.to_vec() });

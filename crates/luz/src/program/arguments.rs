@@ -1,18 +1,20 @@
 //! The command line's grammar.
 
 use super::exit::EXIT_CODES;
-use super::study::StudyArguments;
 use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::pieces::{
+    BudgetArguments, MERGE_HELP, MergeArguments, PLAN_HELP, PieceArguments, PlanArguments, TRACE_HELP, TraceArguments,
+};
+use super::study::StudyArguments;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Period, PixelName, RenderOutput, Resolution,
-    SampleName, SamplerName, Share, SimdName, Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, RenderOutput, Resolution, SamplerName,
+    Share, SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
-use luz::render::Shard;
 use luz::render::integrator::Technique;
 use luz::render::light::LightSampler;
 use luz::sample::mis::Heuristic;
@@ -134,6 +136,12 @@ pub struct RenderArguments {
     /// Instruction set of ray traversal
     #[arg(long, value_name = "SET", default_value = "auto")]
     pub simd: SimdName,
+    /// When it is enough
+    #[command(flatten)]
+    pub budget: BudgetArguments,
+    /// Rendering in pieces
+    #[command(flatten)]
+    pub pieces: PieceArguments,
     /// What to render otherwise than the scene says
     #[command(flatten)]
     pub overrides: OverrideArguments,
@@ -194,6 +202,40 @@ pub struct OverrideArguments {
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,
+}
+
+impl OverrideArguments {
+    /// Itself as a command line.
+    pub fn to_arguments(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let mut add = |name: &str, value: Option<String>| {
+            if let Some(value) = value {
+                all.extend([format!("--{name}"), value]);
+            }
+        };
+        let text = |value: &dyn std::fmt::Display| value.to_string();
+        add("spp", self.spp.map(|v| text(&v)));
+        add("resolution", self.resolution.map(|v| text(&v)));
+        add("crop", self.crop.map(|v| text(&v)));
+        add("seed", self.seed.map(|v| text(&v)));
+        add("integrator", self.integrator.and_then(possible_name));
+        add("max-depth", self.max_depth.map(|v| text(&v)));
+        add("sampler", self.sampler.and_then(possible_name));
+        add("filter", self.filter.and_then(possible_name));
+        add("film", self.film.and_then(possible_name));
+        add("light-sampler", self.light_sampler.map(|v| text(&v)));
+        add("technique", self.technique.map(|v| text(&v)));
+        add("mis", self.mis.map(|v| text(&v)));
+        add("roulette", self.roulette.map(|v| text(&v)));
+        add("adaptive", self.adaptive.map(|v| text(&v.0)));
+        let switches = [("--technique-images", self.technique_images), ("--pbrt-coats", self.pbrt_coats)];
+        all.extend(switches.iter().filter(|(_, is_on)| *is_on).map(|(name, _)| (*name).to_owned()));
+        all
+    }
+}
+
+fn possible_name(value: impl clap::ValueEnum) -> Option<String> {
+    value.to_possible_value().map(|name| name.get_name().to_owned())
 }
 
 const INFO_HELP: &str = "\

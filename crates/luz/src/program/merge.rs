@@ -1,7 +1,7 @@
 //! `luz merge`
 
-use super::arguments::MergeArguments;
 use super::exit::{Exit, print};
+use super::pieces::MergeArguments;
 use super::values::RenderOutput;
 use super::{output, problems, progress};
 use luz::checkpoint::Checkpoint;

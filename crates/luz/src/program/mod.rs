@@ -9,6 +9,7 @@ mod interrupt;
 mod keeper;
 mod merge;
 mod output;
+mod pieces;
 mod plan;
 mod problems;
 mod progress;

@@ -1,7 +1,7 @@
 //! `luz plan`
 
-use super::arguments::PlanArguments;
 use super::exit::{Exit, print};
+use super::pieces::PlanArguments;
 use super::render::{overrides, refuse};
 use super::{output, problems};
 use luz::Scene;

@@ -1,10 +1,11 @@
 //! `luz render`
 
-use super::arguments::{Arguments, BudgetArguments, Command, OverrideArguments, RenderArguments};
+use super::arguments::{Arguments, Command, OverrideArguments, RenderArguments};
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::keeper::Keeper;
 use super::output::{self, default_outputs};
+use super::pieces::BudgetArguments;
 use super::plan::NO_SHARDS_BY_EFFICIENCY;
 use super::problems;
 use super::progress::{self, Progress};
@@ -104,7 +105,9 @@ impl Job {
         };
         let Some(path) = &arguments.pieces.resume else {
             if !shard.is_whole() && is_open_ended {
-                return Err(usage("shards have a number of samples, --spp, so that they go together: no time, no error"));
+                return Err(usage(
+                    "shards have a number of samples, --spp, so that they go together: no time, no error",
+                ));
             }
             if !shard.is_whole() && arguments.overrides.roulette == Some(Roulette::Efficiency) {
                 return Err(usage(NO_SHARDS_BY_EFFICIENCY));
