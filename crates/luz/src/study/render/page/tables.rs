@@ -4,7 +4,7 @@ use super::super::outcome::{Outcome, VariantOutcome, VariantSummary};
 use super::words::{name_cell, with_interval, with_spread};
 use crate::study::chart::{Bar, bars};
 use crate::study::html::note;
-use crate::study::number::{duration, percent, si, significant};
+use crate::study::number::{duration, si, significant};
 use crate::study::statistics::Interval;
 use crate::study::table::{Cell, Table};
 
