@@ -34,8 +34,10 @@ pub struct Settings {
     pub integrator: PathIntegrator,
     /// The sequence that samples are drawn from.
     pub sampler: SamplerKind,
-    /// Samples per pixel; with adaptive sampling the most that a pixel gets.
+    /// Samples per pixel, for which the sampler's points are laid out.
     pub samples_per_pixel: u32,
+    /// The most samples that a pixel gets: other than `samples_per_pixel` where something else says when it is enough.
+    pub sample_limit: u32,
     /// The relative error at which a pixel has samples enough, for adaptive sampling; see [`adaptive`](crate::adaptive).
     pub adaptive: Option<f64>,
     /// The seed of all random numbers.
@@ -73,6 +75,8 @@ pub struct Overrides {
     pub crop: Option<Crop>,
     /// Samples per pixel.
     pub samples_per_pixel: Option<u32>,
+    /// The most samples that a pixel gets, if not as many as there are samples per pixel.
+    pub sample_limit: Option<u32>,
     /// The seed of all random numbers.
     pub seed: Option<u64>,
     /// The sequence that samples are drawn from.
@@ -83,6 +87,11 @@ pub struct Overrides {
     pub integrator: Option<String>,
     /// How lights are chosen.
     pub light_sampler: Option<LightSampler>,
+    /// Whether environment maps leave dim directions to the BSDF where both are combined (MIS compensation); so if not
+    /// said.
+    pub mis_compensation: Option<bool>,
+    /// Whether points of surfaces that shine with an image are drawn by it; so if not said.
+    pub emission_images: Option<bool>,
     /// The pixel filter.
     pub filter: Option<Filter>,
     /// What the film measures.

@@ -230,3 +230,34 @@ proptest! {
         prop_assert!(density.is_finite() && density >= 0.0);
     }
 }
+
+#[test]
+fn samples_of_a_window_have_its_density() {
+    let size @ [width, height] = [9, 7];
+    let values: Vec<f32> = (0..width * height).map(|i| if i % 5 == 2 { 0.0 } else { (i % 7) as f32 }).collect();
+    let d = WindowedPiecewiseConstant2D::new(values.clone(), size).unwrap();
+    assert!((d.integral(&Window::ALL) - values.iter().map(|&v| f64::from(v)).sum::<f64>() / 63.0).abs() < 1e-12);
+    let windows = [
+        Window::ALL,
+        Window { min: Vec2::new(0.13, 0.4), max: Vec2::new(0.77, 0.95) },
+        // Within one cell, and across the border of two.
+        Window { min: Vec2::new(0.46, 0.45), max: Vec2::new(0.52, 0.54) },
+        Window { min: Vec2::new(0.5, 0.2), max: Vec2::new(0.6, 0.21) },
+    ];
+    for window in windows {
+        let Window { min, max } = window;
+        let rectangle = [min.x, max.x, min.y, max.y].map(f64::from);
+        let run = |factor: f64| {
+            let middle = 0.5 * (min.x + max.x);
+            let pdf =
+                |p: Vec2| f64::from(d.pdf(&window, p)) * (1.0 + factor * f64::from((p.x - middle) / (max.x - min.x)));
+            chi2_rectangle(|u| d.sample(&window, u).map(|s| s.0), pdf, rectangle, [18, 14], 200_000, 5)
+        };
+        assert!(run(0.0).passes(sidak(0.01, 4)), "{window:?}: {:?}", run(0.0));
+        assert!(!run(0.1).passes(1e-6), "{window:?}");
+    }
+    let nothing = Window { min: Vec2::new(0.3, 0.01), max: Vec2::new(0.3, 0.02) };
+    assert!(d.sample(&nothing, Vec2::splat(0.5)).is_none());
+    let beside = WindowedPiecewiseConstant2D::new(vec![0.0, 1.0], [2, 1]).unwrap();
+    assert!(beside.sample(&Window { min: Vec2::ZERO, max: Vec2::new(0.5, 1.0) }, Vec2::splat(0.5)).is_none());
+}

@@ -1,9 +1,9 @@
 //! Rectangles of pixels.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A rectangle of pixels: `x0 ≤ x < x1`, `y0 ≤ y < y1`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelBounds {
     /// Left edge, included.
     pub x0: u32,

@@ -1,9 +1,9 @@
 //! What a film keeps beside colour and variance: layers of further channels.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Which layers a film has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FilmLayers {
     /// What the camera sees first: albedo, normals, position, depth.
     pub features: bool,

@@ -10,11 +10,13 @@ pub use filter::{Filter, FilterKind, FilterSample};
 pub use layers::{Features, FilmLayers, LayerSample, TechniqueShares};
 pub use pixel::{Estimate, Pixel, SignedSums};
 
+use bytemuck::{cast_slice, cast_slice_mut};
 use luz_image::{Image, ImageError};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// What the film measures, by its name in scene files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FilmKind {
     /// Colour and its variance.
     Rgb,
@@ -23,7 +25,7 @@ pub enum FilmKind {
 }
 
 /// What a film keeps of each pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FilmContents {
     /// Channels beside colour and variance.
     pub layers: FilmLayers,
@@ -147,6 +149,59 @@ impl Film {
                 layers: layers.next().unwrap_or_default(),
             })
             .collect()
+    }
+
+    /// Appends the sums of runs of pixels: pixels, signed sums, layers, in little-endian numbers.
+    pub(crate) fn write_runs(&self, runs: &[Range<usize>], out: &mut Vec<u8>) {
+        let (buffers, layers) = (self.contents.buffers(), self.contents.layers.len());
+        let pixels: usize = runs.iter().map(Range::len).sum();
+        out.reserve_exact(pixels * self.contents.pixel_bytes());
+        let scaled = |scale: usize| runs.iter().map(move |run| run.start * scale..run.end * scale);
+        scaled(buffers).for_each(|run| out.extend_from_slice(cast_slice(&self.pixels[run])));
+        if self.contents.signed {
+            scaled(buffers).for_each(|run| out.extend_from_slice(cast_slice(&self.signed[run])));
+        }
+        scaled(layers).for_each(|run| out.extend_from_slice(cast_slice(&self.layers[run])));
+    }
+
+    /// Takes over what [`write_runs`](Self::write_runs) wrote of the same runs of such a film; `None` if the bytes are too few
+    /// or too many.
+    pub(crate) fn read_runs(&mut self, runs: &[Range<usize>], bytes: &[u8]) -> Option<()> {
+        let (buffers, layers) = (self.contents.buffers(), self.contents.layers.len());
+        let pixels: usize = runs.iter().map(Range::len).sum();
+        if Some(bytes.len()) != pixels.checked_mul(self.contents.pixel_bytes()) {
+            return None;
+        }
+        let mut rest = bytes;
+        let mut fill = |to: &mut [u8]| {
+            let (bytes, behind) = rest.split_at(to.len());
+            to.copy_from_slice(bytes);
+            rest = behind;
+        };
+        let scaled = |scale: usize| runs.iter().map(move |run| run.start * scale..run.end * scale);
+        scaled(buffers).for_each(|run| fill(cast_slice_mut(&mut self.pixels[run])));
+        if self.contents.signed {
+            scaled(buffers).for_each(|run| fill(cast_slice_mut(&mut self.signed[run])));
+        }
+        scaled(layers).for_each(|run| fill(cast_slice_mut(&mut self.layers[run])));
+        Some(())
+    }
+
+    /// The mean over the pixels of their relative standard errors, the largest hundredth left out, in which a few pixels that
+    /// rare paths light would drown all others. A pixel's is √(mean variance / (mean squared value + 0.01)) over its channels,
+    /// as relMSE has it. Infinite while the variance is unknown.
+    pub fn typical_error(&self) -> f64 {
+        let average = |values: [f64; 3]| values.iter().sum::<f64>() / 3.0;
+        let of_pixel = |pixel: Estimate| {
+            (average(pixel.variance) / (average(pixel.mean.map(|m| m * m)) + 0.01)).sqrt()
+        };
+        let mut errors: Vec<f64> = self.estimates().filter(|pixel| pixel.count > 0).map(of_pixel).collect();
+        let kept = errors.len() - errors.len() / 100;
+        if kept == 0 {
+            return f64::INFINITY;
+        }
+        errors.select_nth_unstable_by(kept - 1, f64::total_cmp);
+        errors[..kept].iter().sum::<f64>() / kept as f64
     }
 
     /// Samples that arrived.

@@ -5,6 +5,7 @@
 //! ([`luz_sample::roulette::Efficiency`]). It learns in epochs of doubling length, and says within an epoch what the one before has
 //! taught. Its sums are of integers, so that their order changes nothing.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use luz_color::SampledSpectrum;
 use luz_geometry::SurfacePoint;
@@ -170,7 +171,8 @@ struct CellOutcome {
 }
 
 /// What is known of a pixel, in the guide's own measure of light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct PixelRecord {
     sum: f64,
     squared: f64,

@@ -1,11 +1,14 @@
 //! Surfaces that emit.
 
+use super::screen::image_coordinates;
 use super::{LightBounds, LightContext, LightSample, ScaledSpectrum, Target};
 use crate::texture::SpectrumImage;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Bounds3, Reference, ShapeId, SurfacePoint};
+use luz_geometry::{Bounds3, Reference, Shape, ShapeId, SurfacePoint};
+use luz_sample::distribution::TexelTree;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// What an emitting surface radiates, shared by all its primitives.
 #[derive(Clone, Debug)]
@@ -14,6 +17,11 @@ pub struct Emission {
     pub radiance: ScaledSpectrum,
     /// Colours over the surface's parameters, instead of the radiance's spectrum.
     pub image: Option<SpectrumImage>,
+    /// The brightness of the image, by which points are drawn, shared by all that shine with it; without, all texels
+    /// are the same.
+    pub tree: Option<Arc<TexelTree>>,
+    /// Whether points are drawn by the tree, or evenly all the same.
+    pub is_drawn_by_image: bool,
     /// True if both sides emit, not just the one that the geometric normal points to.
     pub two_sided: bool,
 }
@@ -25,17 +33,31 @@ impl Emission {
         self.two_sided || normal.dot(outgoing) >= 0.0
     }
 
-    /// The mean of the image's channels and texels; 1 without.
-    pub(crate) fn mean_brightness(&self) -> f32 {
-        let mean = |image: &SpectrumImage| image.pyramid.mean().iter().map(|v| v.max(0.0)).sum::<f32>() / 3.0;
-        self.image.as_ref().map_or(1.0, mean)
+    /// The mean brightness of the image over a primitive's area; 1 without image.
+    pub(crate) fn brightness_over(&self, shape: &Shape, primitive: usize) -> f32 {
+        match (&self.tree, &self.image) {
+            (Some(tree), _) => Self::mean_over(tree, shape, primitive),
+            // All texels are the same.
+            (None, Some(image)) => brightness(shown(image.pyramid.nearest(Vec2::splat(0.5)))),
+            (None, None) => 1.0,
+        }
     }
 
     /// The radiance of the image at the given parameters.
     pub(super) fn image_radiance(&self, image: &SpectrumImage, uv: Vec2, wavelengths: &Wavelengths) -> SampledSpectrum {
-        let rgb = image.pyramid.nearest(Vec2::new(uv.x, 1.0 - uv.y)).map(|v| v.max(0.0));
+        let rgb = shown(image.pyramid.nearest(image_coordinates(uv)));
         image.spectrum(rgb, wavelengths) * self.radiance.scale
     }
+}
+
+/// A texel as it shines: what is negative or not finite is dark.
+pub(crate) fn shown(rgb: [f32; 3]) -> [f32; 3] {
+    rgb.map(|v| if v.is_finite() { v.max(0.0) } else { 0.0 })
+}
+
+/// What a texel counts.
+pub(crate) fn brightness(rgb: [f32; 3]) -> f32 {
+    (rgb[0] + rgb[1] + rgb[2]) / 3.0
 }
 
 /// One emitting primitive: a triangle or patch of a mesh, or a whole quadric.
@@ -63,6 +85,9 @@ impl AreaLight {
         u: Vec2,
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
+        if self.is_drawn_by_image(context) {
+            return self.sample_by_image(context, reference, u, wavelengths);
+        }
         let point = context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
         let direction = (point.position - reference.position).normalize();
         if point.pdf <= 0.0 || !direction.is_finite() {
@@ -82,6 +107,9 @@ impl AreaLight {
     /// a ray has hit.
     #[inline]
     pub fn pdf(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
+        if self.is_drawn_by_image(context) {
+            return self.pdf_by_image(context, reference, hit);
+        }
         context.accelerator.pdf_solid_angle(reference, hit)
     }
 

@@ -93,83 +93,118 @@ pub(super) fn union_of_cones((a, cos_a): (Vec3, f32), (b, cos_b): (Vec3, f32)) -
     (axis.as_vec3().normalize(), theta.cos() as f32)
 }
 
-/// [`LightBounds`] as they are asked: the sphere around the box instead of the box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Beacon {
-    center: Vec3,
-    radius_squared: f32,
-    axis: Vec3,
-    cos_normals: f32,
-    sin_normals: f32,
-    cos_emission: f32,
-    strength: f32,
-    two_sided: bool,
+/// How many lights or groups are asked at once.
+pub(super) const LANES: usize = 8;
+
+/// Several [`LightBounds`] as they are asked, side by side: the sphere around the box instead of the box.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Beacons {
+    center: [[f32; LANES]; 3],
+    radius_squared: [f32; LANES],
+    axis: [[f32; LANES]; 3],
+    cos_normals: [f32; LANES],
+    sin_normals: [f32; LANES],
+    cos_emission: [f32; LANES],
+    /// Zero where there is nothing.
+    strength: [f32; LANES],
+    /// All bits of the sign where light leaves on one side, none where on both: what the cosine keeps of its sign.
+    sign: [u32; LANES],
 }
 
-impl From<&LightBounds> for Beacon {
-    fn from(bounds: &LightBounds) -> Self {
+impl Default for Beacons {
+    fn default() -> Self {
         Self {
-            center: bounds.bounds.center(),
-            radius_squared: 0.25 * bounds.bounds.diagonal().length_squared(),
-            axis: bounds.axis,
-            cos_normals: bounds.cos_normals,
-            sin_normals: (1.0 - bounds.cos_normals * bounds.cos_normals).max(0.0).sqrt(),
-            cos_emission: bounds.cos_emission,
-            strength: bounds.strength,
-            two_sided: bounds.two_sided,
+            center: [[0.0; LANES]; 3],
+            radius_squared: [0.0; LANES],
+            axis: [[0.0; LANES]; 3],
+            cos_normals: [-1.0; LANES],
+            sin_normals: [0.0; LANES],
+            cos_emission: [0.0; LANES],
+            strength: [0.0; LANES],
+            sign: [1 << 31; LANES],
         }
-    }
-}
-
-/// Cosine and sine of `max(0, a − b)`, of angles given by their cosines and sines.
-#[inline(always)]
-fn difference((cos_a, sin_a): (f32, f32), (cos_b, sin_b): (f32, f32)) -> (f32, f32) {
-    if cos_a > cos_b { (1.0, 0.0) } else { (cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b) }
-}
-
-#[inline(always)]
-fn with_sine(cos: f32) -> (f32, f32) {
-    let cos = cos.clamp(-1.0, 1.0);
-    (cos, (1.0 - cos * cos).sqrt())
-}
-
-impl Beacon {
-    /// About the irradiance at `reference`, as bright as it can be for any light in the box; 0 only where none arrives.
-    #[inline]
-    pub fn importance(&self, reference: &Reference) -> f32 {
-        let from = reference.position - self.center;
-        let distance_squared = from.length_squared();
-        if distance_squared <= self.radius_squared {
-            // Within the sphere light may come from anywhere.
-            return limited(self.strength / self.radius_squared);
-        }
-        let inverse = distance_squared.sqrt().recip();
-        let direction = from * inverse;
-        // The angle under which the sphere is seen, and by which all others may be less.
-        let sin_squared = self.radius_squared / distance_squared;
-        let seen = ((1.0 - sin_squared).sqrt(), sin_squared.sqrt());
-        let cos = self.axis.dot(direction);
-        let cos = if self.two_sided { cos.abs() } else { cos };
-        let beyond = difference(with_sine(cos), (self.cos_normals, self.sin_normals));
-        let (cos_emitted, _) = difference(beyond, seen);
-        if cos_emitted < self.cos_emission {
-            return 0.0;
-        }
-        let received = match reference.normal {
-            Some(normal) => difference(with_sine(normal.dot(direction).abs()), seen).0,
-            None => 1.0,
-        };
-        limited(self.strength * (cos_emitted * received).max(LEAST_COSINE) * (inverse * inverse))
     }
 }
 
 /// What grazes is not left out, lest rounding decide whether it can be chosen at all.
 const LEAST_COSINE: f32 = 1e-4;
-
 /// Finite, so that sums and quotients are.
+const GREATEST_IMPORTANCE: f32 = 1e30;
+
+/// Cosine and sine of `max(0, a − b)`, of angles given by their cosines and sines.
 #[inline(always)]
-fn limited(importance: f32) -> f32 {
-    importance.min(1e30)
+fn difference((cos_a, sin_a): (f32, f32), (cos_b, sin_b): (f32, f32)) -> (f32, f32) {
+    let within = cos_a > cos_b;
+    let (cos, sin) = (cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b);
+    (if within { 1.0 } else { cos }, if within { 0.0 } else { sin })
+}
+
+#[inline(always)]
+fn with_sine(cos: f32) -> (f32, f32) {
+    (cos, (1.0 - cos * cos).max(0.0).sqrt())
+}
+
+impl Beacons {
+    /// Puts bounds into a lane.
+    pub fn set(&mut self, lane: usize, bounds: &LightBounds) {
+        let center = bounds.bounds.center();
+        for k in 0..3 {
+            self.center[k][lane] = center[k];
+            self.axis[k][lane] = bounds.axis[k];
+        }
+        self.radius_squared[lane] = 0.25 * bounds.bounds.diagonal().length_squared();
+        self.cos_normals[lane] = bounds.cos_normals;
+        self.sin_normals[lane] = (1.0 - bounds.cos_normals * bounds.cos_normals).max(0.0).sqrt();
+        self.cos_emission[lane] = bounds.cos_emission;
+        self.strength[lane] = bounds.strength;
+        self.sign[lane] = if bounds.two_sided { 0 } else { 1 << 31 };
+    }
+
+    /// Whether a lane holds anything.
+    pub fn has(&self, lane: usize) -> bool {
+        self.strength[lane] > 0.0
+    }
+
+    /// Of each lane about the irradiance at `reference`, as bright as it can be for any light in the box; 0 only where
+    /// none arrives. Without branches, for the compiler to do lanes side by side.
+    #[inline]
+    pub fn importances(&self, reference: &Reference) -> [f32; LANES] {
+        let [px, py, pz] = reference.position.to_array();
+        let [nx, ny, nz] = reference.normal.unwrap_or(Vec3::ZERO).to_array();
+        let is_free = reference.normal.is_none();
+        std::array::from_fn(|i| {
+            let (x, y, z) = (px - self.center[0][i], py - self.center[1][i], pz - self.center[2][i]);
+            let distance_squared = x * x + y * y + z * z;
+            // Within the sphere light may come from anywhere; the distance is its radius at least.
+            let far_squared = distance_squared.max(self.radius_squared[i]).max(1e-30);
+            let inverse = 1.0 / distance_squared.max(1e-30).sqrt();
+            // The angle under which the sphere is seen, and by which all others may be less.
+            let sin_squared = self.radius_squared[i] / far_squared;
+            let seen = ((1.0 - sin_squared).sqrt(), sin_squared.sqrt());
+            let cos = (x * self.axis[0][i] + y * self.axis[1][i] + z * self.axis[2][i]) * inverse;
+            let cos = f32::from_bits(cos.to_bits() & (self.sign[i] | 0x7fff_ffff)).clamp(-1.0, 1.0);
+            let beyond = difference(with_sine(cos), (self.cos_normals[i], self.sin_normals[i]));
+            let (emitted, _) = difference(beyond, seen);
+            let cos = ((x * nx + y * ny + z * nz) * inverse).abs().min(1.0);
+            let (received, _) = difference(with_sine(cos), seen);
+            let received = if is_free { 1.0 } else { received };
+            let inside = distance_squared <= self.radius_squared[i];
+            let cosines = if inside { 1.0 } else { (emitted * received).max(LEAST_COSINE) };
+            let arrives = inside | (emitted >= self.cos_emission[i]);
+            let importance = (self.strength[i] * cosines / far_squared).min(GREATEST_IMPORTANCE);
+            if arrives { importance } else { 0.0 }
+        })
+    }
+}
+
+#[cfg(test)]
+impl LightBounds {
+    /// About the irradiance at `reference`: [`Beacons::importances`] of one.
+    pub(super) fn importance(&self, reference: &Reference) -> f32 {
+        let mut beacons = Beacons::default();
+        beacons.set(0, self);
+        beacons.importances(reference)[0]
+    }
 }
 
 #[cfg(test)]
@@ -193,7 +228,7 @@ mod tests {
             let two_sided = random.next_1d() < 0.3;
             let group = LightBounds { bounds, axis, cos_normals, cos_emission: 0.0, strength: 1.0, two_sided };
             let reference = Reference::surface(corner(&mut random) * 3.0, uniform_sphere(random.next_2d()));
-            let importance = Beacon::from(&group).importance(&reference);
+            let importance = group.importance(&reference);
             let fraction = Vec3::new(random.next_1d(), random.next_1d(), random.next_1d());
             let position = bounds.min + fraction * bounds.diagonal();
             let normal = Frame::from_z(axis).to_world(uniform_cone(random.next_2d(), 1.0 - cos_normals));
@@ -244,8 +279,8 @@ mod tests {
             two_sided: false,
         };
         let below = Reference::point(Vec3::new(0.0, 0.0, -9.0));
-        assert_eq!(Beacon::from(&up).importance(&below), 0.0);
+        assert_eq!(up.importance(&below), 0.0);
         up.two_sided = true;
-        assert!(Beacon::from(&up).importance(&below) > 0.0);
+        assert!(up.importance(&below) > 0.0);
     }
 }

@@ -3,8 +3,8 @@
 //! Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", without splitting:
 //! one light is chosen, by a walk from the root that takes each child in proportion to its importance.
 
-use super::bounds::{Beacon, LightBounds};
-use luz_geometry::Reference;
+use super::bounds::{Beacons, LANES, LightBounds};
+use luz_geometry::{Bounds3, Reference};
 use luz_sample::ONE_MINUS_EPSILON;
 
 /// Marks a child that is a light.
@@ -15,37 +15,29 @@ const BUCKETS: usize = 12;
 const PARALLEL_FROM: usize = 4096;
 
 /// An inner node: what its children hold.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Node {
-    beacons: [Beacon; 2],
-    /// A node, or a light with [`LEAF`].
-    children: [u32; 2],
+    beacons: Beacons,
+    /// Nodes, or lights with [`LEAF`].
+    children: [u32; LANES],
 }
 
 /// Which child of which node something is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
     node: u32,
-    side: u32,
+    lane: u32,
 }
 
-/// A binary tree over lights that have a place.
+/// A tree over lights that have a place, up to eight children to a node.
 #[derive(Clone, Debug, Default)]
 pub struct LightHierarchy {
+    /// The first is the root.
     nodes: Vec<Node>,
     /// Where each node but the first hangs.
     places: Vec<Place>,
     /// Where each light hangs; of lights that are not in the tree nothing is said.
     leaves: Vec<Place>,
-    /// What the whole tree holds.
-    root: Option<Root>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Root {
-    beacon: Beacon,
-    /// A node, or the only light with [`LEAF`].
-    child: u32,
 }
 
 /// A light that waits to be placed.
@@ -53,6 +45,14 @@ struct Root {
 struct Entry {
     light: u32,
     bounds: LightBounds,
+}
+
+/// A node of the binary tree that is built first.
+#[derive(Clone, Copy, Debug)]
+struct Fork {
+    bounds: [LightBounds; 2],
+    /// Forks, or lights with [`LEAF`].
+    children: [u32; 2],
 }
 
 impl LightHierarchy {
@@ -66,68 +66,69 @@ impl LightHierarchy {
             .filter(|(_, bounds)| usable(bounds))
             .map(|(light, bounds)| Entry { light, bounds })
             .collect();
-        if entries.is_empty() {
-            return Self::default();
-        }
-        let blank = Node { beacons: [Beacon::from(&entries[0].bounds); 2], children: [0; 2] };
-        let mut nodes = vec![blank; entries.len() - 1];
-        let (bounds, child) = build(&mut entries, &mut nodes, 0);
-        let mut places = vec![Place::default(); nodes.len()];
+        let Some(first) = entries.first() else { return Self::default() };
+        let blank = Fork { bounds: [first.bounds; 2], children: [0; 2] };
+        let mut forks = vec![blank; entries.len() - 1];
+        let root = fork(&mut entries, &mut forks, 0);
+        let (nodes, places) = collapse(root, &forks);
         let mut leaves = vec![Place::default(); count];
-        for (node, Node { children, .. }) in nodes.iter().enumerate() {
-            for (side, child) in children.iter().enumerate() {
-                let place = Place { node: node as u32, side: side as u32 };
+        for (node, Node { beacons, children }) in nodes.iter().enumerate() {
+            for (lane, child) in children.iter().enumerate().filter(|(lane, _)| beacons.has(*lane)) {
                 if child & LEAF != 0 {
-                    leaves[(child & !LEAF) as usize] = place;
-                } else {
-                    places[*child as usize] = place;
+                    leaves[(child & !LEAF) as usize] = Place { node: node as u32, lane: lane as u32 };
                 }
             }
         }
-        Self { nodes, places, leaves, root: Some(Root { beacon: Beacon::from(&bounds), child }) }
+        Self { nodes, places, leaves }
     }
 
     /// About the irradiance of all lights at `reference`; 0 where none can arrive.
     #[inline]
     pub fn importance(&self, reference: &Reference) -> f32 {
-        self.root.map_or(0.0, |root| root.beacon.importance(reference))
+        self.nodes.first().map_or(0.0, |root| root.beacons.importances(reference).iter().sum())
     }
 
     /// A light, its probability as seen from `reference`, and a number in `[0, 1)` made of what choosing has left of
     /// `u`; `None` where no light arrives.
     #[inline]
     pub fn sample(&self, reference: &Reference, mut u: f32) -> Option<(usize, f32, f32)> {
-        let mut child = self.root?.child;
+        let mut node = self.nodes.first()?;
         let mut probability = 1.0;
-        while child & LEAF == 0 {
-            let node = &self.nodes[child as usize];
-            let [first, second] = node.shares(reference)?;
-            let side = if u < first {
-                u /= first;
-                probability *= first;
-                0
-            } else {
-                u = (u - first) / second;
-                probability *= second;
-                1
-            };
-            u = u.min(ONE_MINUS_EPSILON);
-            child = node.children[side];
+        loop {
+            let importances = node.beacons.importances(reference);
+            let total = total(&importances)?;
+            let target = u * total;
+            let (mut lane, mut before) = (0, 0.0);
+            // Rounding may go beyond the last: it stays with the last that has any importance.
+            let (mut sum, mut last) = (0.0, None);
+            for (i, importance) in importances.iter().enumerate().filter(|(_, importance)| **importance > 0.0) {
+                (lane, before) = (i, sum);
+                last = Some(i);
+                sum += importance;
+                if target < sum {
+                    break;
+                }
+            }
+            last?;
+            probability *= importances[lane] / total;
+            u = ((target - before) / importances[lane]).clamp(0.0, ONE_MINUS_EPSILON);
+            let child = node.children[lane];
+            if child & LEAF != 0 {
+                return (probability > 0.0).then_some(((child & !LEAF) as usize, probability, u));
+            }
+            node = &self.nodes[child as usize];
         }
-        (probability > 0.0).then_some(((child & !LEAF) as usize, probability, u))
     }
 
     /// The probability with which [`sample`](Self::sample) chooses a light that is in the tree.
     #[inline]
     pub fn probability(&self, reference: &Reference, light: usize) -> f32 {
-        if self.nodes.is_empty() {
-            return 1.0;
-        }
-        let mut place = self.leaves[light];
+        let Some(mut place) = self.leaves.get(light).copied() else { return 0.0 };
         let mut probability = 1.0;
         loop {
-            let Some(shares) = self.nodes[place.node as usize].shares(reference) else { return 0.0 };
-            probability *= shares[place.side as usize];
+            let importances = self.nodes[place.node as usize].beacons.importances(reference);
+            let Some(total) = total(&importances) else { return 0.0 };
+            probability *= importances[place.lane as usize] / total;
             if place.node == 0 || probability == 0.0 {
                 return probability;
             }
@@ -141,46 +142,69 @@ impl LightHierarchy {
     }
 }
 
-impl Node {
-    /// The probabilities of the two children; `None` if no light arrives from either.
-    #[inline]
-    fn shares(&self, reference: &Reference) -> Option<[f32; 2]> {
-        let [a, b] = [self.beacons[0].importance(reference), self.beacons[1].importance(reference)];
-        let sum = a + b;
-        (sum > 0.0).then(|| {
-            let first = a / sum;
-            // What rounds to none is none.
-            [first, if b > 0.0 { 1.0 - first } else { 0.0 }]
-        })
-    }
+/// Their sum, if there is any.
+#[inline(always)]
+fn total(importances: &[f32; LANES]) -> Option<f32> {
+    let sum = importances.iter().sum::<f32>();
+    (sum > 0.0).then_some(sum)
 }
 
-/// Builds the tree over `entries` into `nodes`, one fewer, of which the first is number `base`. Returns what it holds
-/// and where it begins.
-fn build(entries: &mut [Entry], nodes: &mut [Node], base: u32) -> (LightBounds, u32) {
-    if let [only] = entries {
-        return (only.bounds, only.light | LEAF);
-    }
-    // One node fewer than entries: there is always a first.
-    let Some((node, rest)) = nodes.split_first_mut() else { return (entries[0].bounds, entries[0].light | LEAF) };
+/// Builds the binary tree over `entries` into `forks`, one fewer, of which the first is number `base`. Returns what it
+/// holds and where it begins.
+fn fork(entries: &mut [Entry], forks: &mut [Fork], base: u32) -> (LightBounds, u32) {
+    // One fork fewer than entries: there is a first unless there is but one entry.
+    let Some((here, rest)) = forks.split_first_mut() else { return (entries[0].bounds, entries[0].light | LEAF) };
     let middle = partition(entries);
     let (left, right) = entries.split_at_mut(middle);
-    let (left_nodes, right_nodes) = rest.split_at_mut(middle - 1);
+    let (left_forks, right_forks) = rest.split_at_mut(middle - 1);
     let (left_base, right_base) = (base + 1, base + middle as u32);
     let (a, b) = if left.len() + right.len() >= PARALLEL_FROM {
-        rayon::join(|| build(left, left_nodes, left_base), || build(right, right_nodes, right_base))
+        rayon::join(|| fork(left, left_forks, left_base), || fork(right, right_forks, right_base))
     } else {
-        (build(left, left_nodes, left_base), build(right, right_nodes, right_base))
+        (fork(left, left_forks, left_base), fork(right, right_forks, right_base))
     };
-    *node = Node { beacons: [Beacon::from(&a.0), Beacon::from(&b.0)], children: [a.1, b.1] };
+    *here = Fork { bounds: [a.0, b.0], children: [a.1, b.1] };
     (a.0.union(&b.0), base)
+}
+
+/// Makes nodes of up to eight children of a binary tree, in order of depth: those that cost most are opened first.
+fn collapse(root: (LightBounds, u32), forks: &[Fork]) -> (Vec<Node>, Vec<Place>) {
+    let mut nodes = vec![Node::default()];
+    let mut places = vec![Place::default()];
+    let mut open = std::collections::VecDeque::from([(0, vec![root])]);
+    while let Some((index, mut children)) = open.pop_front() {
+        while children.len() < LANES {
+            let worth = |(bounds, child): &(LightBounds, u32)| if child & LEAF != 0 { -1.0 } else { cost(bounds, 1.0) };
+            let dearest =
+                (0..children.len()).fold(0, |a, b| if worth(&children[b]) > worth(&children[a]) { b } else { a });
+            if children[dearest].1 & LEAF != 0 {
+                break;
+            }
+            let Fork { bounds: [a, b], children: [first, second] } = forks[children[dearest].1 as usize];
+            children[dearest] = (a, first);
+            children.push((b, second));
+        }
+        for (lane, (bounds, child)) in children.into_iter().enumerate() {
+            nodes[index].beacons.set(lane, &bounds);
+            nodes[index].children[lane] = if child & LEAF != 0 {
+                child
+            } else {
+                let Fork { bounds: [a, b], children: [first, second] } = forks[child as usize];
+                open.push_back((nodes.len(), vec![(a, first), (b, second)]));
+                nodes.push(Node::default());
+                places.push(Place { node: index as u32, lane: lane as u32 });
+                nodes.len() as u32 - 1
+            };
+        }
+    }
+    (nodes, places)
 }
 
 /// Sorts entries into two non-empty parts, by the least cost (Conty Estevez and Kulla 2018, section 4.4), and returns
 /// the length of the first.
 fn partition(entries: &mut [Entry]) -> usize {
-    let centers = entries.iter().fold(luz_geometry::Bounds3::EMPTY, |b, e| b.with_point(e.bounds.bounds.center()));
-    let extent = entries.iter().fold(luz_geometry::Bounds3::EMPTY, |b, e| b.union(e.bounds.bounds)).diagonal();
+    let centers = entries.iter().fold(Bounds3::EMPTY, |b, e| b.with_point(e.bounds.bounds.center()));
+    let extent = entries.iter().fold(Bounds3::EMPTY, |b, e| b.union(e.bounds.bounds)).diagonal();
     let widths = centers.diagonal();
     let bucket = |entry: &Entry, axis: usize| {
         let offset = entry.bounds.bounds.center()[axis] - centers.min[axis];
@@ -247,7 +271,6 @@ fn cost(bounds: &LightBounds, regularity: f32) -> f32 {
 mod tests {
     use super::*;
     use glam::Vec3;
-    use luz_geometry::Bounds3;
     use luz_sample::Samples;
     use luz_sample::random::Random;
     use luz_sample::test_support::chi2;
@@ -348,7 +371,7 @@ mod tests {
         let tree = LightHierarchy::new(lights.iter().copied(), lights.len());
         for reference in references() {
             for (light, bounds) in &lights {
-                if Beacon::from(bounds).importance(&reference) > 1e-4 {
+                if bounds.importance(&reference) > 1e-4 {
                     assert!(tree.probability(&reference, *light as usize) > 0.0, "{light}");
                 }
             }

@@ -3,20 +3,27 @@
 mod area;
 mod bounds;
 mod distant;
+mod environment;
 mod goniometric;
 mod hierarchy;
 mod infinite;
 mod point;
+mod portal;
 mod projection;
+mod screen;
 mod selection;
 
 pub use area::{AreaLight, Emission};
+pub(crate) use area::{brightness, shown};
 pub use bounds::LightBounds;
 pub use distant::DistantLight;
+pub use environment::ImageInfiniteLight;
+pub(crate) use environment::SphereTexels;
 pub use goniometric::GoniometricLight;
 pub use hierarchy::LightHierarchy;
-pub use infinite::{ImageInfiniteLight, UniformInfiniteLight};
+pub use infinite::UniformInfiniteLight;
 pub use point::{PointLight, SpotLight};
+pub use portal::{Portal, PortalInfiniteLight};
 pub use projection::{ProjectionLight, Throw};
 pub use selection::{LightSampler, LightSelection};
 
@@ -97,6 +104,8 @@ pub enum Light {
     UniformInfinite(UniformInfiniteLight),
     /// An environment map.
     ImageInfinite(Box<ImageInfiniteLight>),
+    /// An environment map that is seen through a portal.
+    Portal(Box<PortalInfiniteLight>),
     /// A primitive that emits.
     Area(AreaLight),
 }
@@ -183,18 +192,19 @@ impl Light {
             Self::Goniometric(light) => light.sample(reference.position, wavelengths),
             Self::Projection(light) => light.sample(reference.position, wavelengths),
             Self::Distant(light) => Some(light.sample(wavelengths)),
-            Self::UniformInfinite(light) => Some(light.sample(u, wavelengths)),
-            Self::ImageInfinite(light) => light.sample(u, wavelengths),
+            Self::UniformInfinite(light) => light.sample(context.combination, u, wavelengths),
+            Self::ImageInfinite(light) => light.sample(context.combination, u, wavelengths),
+            Self::Portal(light) => light.sample(reference, u, wavelengths),
         }
     }
 
     /// The density in solid angle with which [`sample`](Self::sample) draws `direction`, for the lights at infinity.
     /// (An area light is asked with the point that was hit: [`AreaLight::pdf`].)
     pub fn pdf_infinite(&self, context: LightContext<'_>, reference: &Reference, direction: Vec3) -> f32 {
-        let _ = (context, reference);
         match self {
-            Self::UniformInfinite(light) => light.pdf(),
-            Self::ImageInfinite(light) => light.pdf(direction),
+            Self::UniformInfinite(light) => light.pdf(context.combination),
+            Self::Portal(light) => light.pdf(reference, direction),
+            Self::ImageInfinite(light) => light.pdf(context.combination, direction),
             _ => 0.0,
         }
     }
@@ -206,9 +216,9 @@ impl Light {
         direction: Vec3,
         wavelengths: &Wavelengths,
     ) -> SampledSpectrum {
-        let _ = reference;
         match self {
             Self::UniformInfinite(light) => light.radiance(wavelengths),
+            Self::Portal(light) => light.radiance(reference, direction, wavelengths),
             Self::ImageInfinite(light) => light.radiance(direction, wavelengths),
             _ => SampledSpectrum::ZERO,
         }
@@ -216,10 +226,11 @@ impl Light {
 
     /// True for lights that rays which leave the scene meet.
     pub fn is_infinite(&self) -> bool {
-        matches!(self, Self::UniformInfinite(_) | Self::ImageInfinite(_))
+        matches!(self, Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_))
     }
 
-    /// An estimate of the emitted power in photometric units, for choosing among lights.
+    /// An estimate of the emitted power in photometric units, for choosing among lights. What a light leaves to another
+    /// technique does not count.
     pub fn power(&self, context: LightContext<'_>, scene_radius: f32) -> f64 {
         match self {
             Self::Point(light) => light.power(),
@@ -227,8 +238,9 @@ impl Light {
             Self::Goniometric(light) => light.power(),
             Self::Projection(light) => light.power(),
             Self::Distant(light) => light.power(scene_radius),
-            Self::UniformInfinite(light) => light.power(scene_radius),
-            Self::ImageInfinite(light) => light.power(scene_radius),
+            Self::UniformInfinite(light) => light.power(context.combination, scene_radius),
+            Self::ImageInfinite(light) => light.power(context.combination, scene_radius),
+            Self::Portal(light) => light.power(),
             Self::Area(light) => light.power(context),
         }
     }
@@ -240,6 +252,7 @@ impl Light {
             Self::Spot(light) => Some(light.bounds()),
             Self::Goniometric(light) => Some(light.bounds()),
             Self::Projection(light) => Some(light.bounds()),
+            Self::Portal(light) => Some(light.bounds()),
             Self::Area(light) => Some(light.bounds(context)),
             Self::Distant(_) | Self::UniformInfinite(_) | Self::ImageInfinite(_) => None,
         }
@@ -263,7 +276,7 @@ impl Light {
             Self::Goniometric(_) => "goniometric",
             Self::Projection(_) => "projection",
             Self::Distant(_) => "distant",
-            Self::UniformInfinite(_) | Self::ImageInfinite(_) => "infinite",
+            Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_) => "infinite",
             Self::Area(_) => "diffuse",
         }
     }

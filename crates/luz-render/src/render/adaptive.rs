@@ -10,7 +10,8 @@
 //! as the relMSE of `luz compare` has it, to be ε. Both are taken from the pilots of a pixel's neighbours, too, since a pilot
 //! is short and may have missed what is rare.
 
-use crate::film::{Film, Pixel, PixelBounds};
+use crate::film::{Film, Pixel};
+use serde::{Deserialize, Serialize};
 
 /// What is added to squared means, so that black pixels need no samples: as in relMSE.
 const DARKNESS: f64 = 0.01;
@@ -24,14 +25,19 @@ const RADIUS: u32 = 2;
 pub const TILE: u32 = 16;
 
 /// How many samples the halves of every pixel are to get.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum SampleLimits {
     /// All the same.
     Uniform(u32),
     /// As many until the pilots are done.
     Undecided { target: f64, pilot: u32, most: u32 },
     /// For each pixel and half.
-    Decided { limits: Vec<[u32; 2]>, rounds: u32 },
+    Decided {
+        /// Saved apart.
+        #[serde(skip)]
+        limits: Vec<[u32; 2]>,
+        rounds: u32,
+    },
 }
 
 impl SampleLimits {
@@ -78,6 +84,29 @@ impl SampleLimits {
         }
     }
 
+    /// Itself without the limits of pixels, and those.
+    pub fn saved(&self) -> (Self, &[[u32; 2]]) {
+        match self {
+            Self::Decided { limits, rounds } => (Self::Decided { limits: Vec::new(), rounds: *rounds }, limits),
+            undecided => (undecided.clone(), &[]),
+        }
+    }
+
+    /// What was saved, for so many pixels; `None` if it does not fit, or is of other limits than these.
+    pub fn restored(&self, saved: Self, limits: &[u8], pixels: usize) -> Option<Self> {
+        match saved {
+            Self::Decided { rounds, .. } if matches!(self, Self::Undecided { .. }) => {
+                let (chunks, rest) = limits.as_chunks::<8>();
+                let whole = rest.is_empty() && chunks.len() == pixels;
+                let limits = chunks.iter().map(|bytes| bytemuck::pod_read_unaligned(bytes)).collect();
+                whole.then_some(Self::Decided { limits, rounds })
+            }
+            // The present wish counts: a render may go on for more samples than it was begun for.
+            _ if limits.is_empty() => Some(self.clone()),
+            _ => None,
+        }
+    }
+
     /// Decides when the pilots are done.
     pub fn decide(&mut self, done: u32, film: &Film) {
         let Self::Undecided { target, pilot, most } = *self else { return };
@@ -86,9 +115,16 @@ impl SampleLimits {
         }
         let needs = [0, 1].map(|half| needed(film, half, target));
         let clamp = |needed: f64| if needed.is_finite() { (needed.ceil() as u32).clamp(pilot, most) } else { most };
+        let is_ours = film.half(0).map(|pixel| pixel.count() > 0);
         // Crossed: each half obeys the other.
-        let limits: Vec<[u32; 2]> =
-            needs[1].iter().zip(&needs[0]).map(|(&first, &second)| [clamp(first / 2.0), clamp(second / 2.0)]).collect();
+        let limits: Vec<[u32; 2]> = needs[1]
+            .iter()
+            .zip(&needs[0])
+            .zip(is_ours)
+            .map(|((&first, &second), is_ours)| {
+                if is_ours { [clamp(first / 2.0), clamp(second / 2.0)] } else { [pilot; 2] }
+            })
+            .collect();
         let rounds = limits.iter().flatten().copied().max().unwrap_or(pilot);
         *self = Self::Decided { limits, rounds };
     }
@@ -131,17 +167,10 @@ fn window(place: u32, origin: u32, size: u32) -> std::ops::Range<u32> {
     first..end
 }
 
-/// The tile that a pixel of the frame lies in, numbered row by row over the tiles of `bounds`.
-pub fn tile_of(bounds: PixelBounds, pixel: [u32; 2]) -> u32 {
-    let tiles = |from: u32, to: u32| to.div_ceil(TILE) - from / TILE;
-    let (column, row) = (pixel[0] / TILE - bounds.x0 / TILE, pixel[1] / TILE - bounds.y0 / TILE);
-    row * tiles(bounds.x0, bounds.x1) + column
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::FilmContents;
+    use crate::film::{FilmContents, PixelBounds};
     use luz_sample::random::Random;
     use luz_sample::statistics::Running;
 
@@ -191,14 +220,5 @@ mod tests {
         assert_eq!(window(0, 5, 40), 0..3);
         assert_eq!(window(10, 5, 40), 8..11);
         assert_eq!(window(11, 5, 40), 11..14);
-    }
-
-    #[test]
-    fn tiles_are_numbered_row_by_row() {
-        let bounds = PixelBounds { x0: 5, y0: 20, x1: 40, y1: 50 };
-        assert_eq!(tile_of(bounds, [5, 20]), 0);
-        assert_eq!(tile_of(bounds, [39, 20]), 2);
-        assert_eq!(tile_of(bounds, [15, 32]), 3);
-        assert_eq!(tile_of(bounds, [39, 49]), 8);
     }
 }

@@ -5,11 +5,18 @@
 //! the number of threads nor the size of the passes changes a single bit of the result.
 
 pub mod adaptive;
+mod incident;
 mod optimal;
+mod part;
 mod sample;
+mod shard;
+
+pub use incident::{Failure, Incident, Incidents};
+pub use part::{Part, PartError, PartHeader};
+pub use shard::Shard;
 
 use crate::camera::Camera;
-use crate::film::Film;
+use crate::film::{Film, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, Ledger, PixelRecord};
 use crate::integrator::{PathIntegrator, Technique};
 use crate::settings::Settings;
@@ -19,14 +26,17 @@ use luz_sample::mis::Heuristic;
 use luz_sample::random::hash;
 use luz_sample::roulette::Roulette;
 use luz_sample::{Sampler, SamplerConfig};
+use incident::panic_message;
 use optimal::OptimalDirect;
 use rayon::prelude::*;
 use sample::PixelSampler;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 /// What rendering has cost so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RenderCost {
     /// Camera samples: one path each.
     pub paths: u64,
@@ -44,10 +54,12 @@ impl RenderCost {
         if self.seconds > 0.0 { (self.rays + self.shadow_rays) as f64 / self.seconds } else { 0.0 }
     }
 
-    fn add(&mut self, other: &Self) {
+    /// Adds what other passes have cost.
+    pub fn add(&mut self, other: &Self) {
         self.paths += other.paths;
         self.rays += other.rays;
         self.shadow_rays += other.shadow_rays;
+        self.seconds += other.seconds;
     }
 }
 
@@ -70,6 +82,10 @@ pub struct Renderer<'a> {
     rounds_done: u32,
     limits: SampleLimits,
     cost: RenderCost,
+    incidents: Incidents,
+    shard: Shard,
+    /// The pixels to be rendered, in each row of the film: all, or those of the shard.
+    columns: Vec<Vec<Range<usize>>>,
 }
 
 impl<'a> Renderer<'a> {
@@ -80,11 +96,11 @@ impl<'a> Renderer<'a> {
         let (center, radius) = world.bounding_sphere();
         let guide = (roulette == Roulette::Efficiency).then(|| EfficiencyGuide::new(center, radius));
         let is_optimal = heuristic == Heuristic::Optimal && technique == Technique::Both;
-        let rounds = settings.samples_per_pixel.div_ceil(contents.buffers() as u32);
+        let buffers = contents.buffers() as u32;
         let samplers = (0..contents.buffers() as u64)
             .map(|half| {
                 let config = SamplerConfig {
-                    samples_per_pixel: rounds,
+                    samples_per_pixel: settings.samples_per_pixel.div_ceil(buffers),
                     resolution: settings.resolution,
                     seed: if half == 0 { settings.seed } else { hash(settings.seed, half, 0, 0) },
                 };
@@ -101,9 +117,29 @@ impl<'a> Renderer<'a> {
             pixel_records: vec![PixelRecord::default(); if guide.is_some() { settings.bounds.area() } else { 0 }],
             guide,
             rounds_done: 0,
-            limits: SampleLimits::new(settings.adaptive, rounds),
+            limits: SampleLimits::new(settings.adaptive, settings.sample_limit.div_ceil(buffers)),
             cost: RenderCost::default(),
+            incidents: Incidents::default(),
+            shard: Shard::WHOLE,
+            columns: columns(Shard::WHOLE, settings.bounds),
         }
+    }
+
+    /// Lets only a part of the frame be rendered. Roulette by efficiency wants to learn from all of it, and would learn
+    /// something else from a part.
+    pub fn set_shard(&mut self, shard: Shard) {
+        self.shard = shard;
+        self.columns = columns(shard, self.film.bounds());
+    }
+
+    /// The part of the frame that is rendered.
+    pub fn shard(&self) -> Shard {
+        self.shard
+    }
+
+    /// Samples that went wrong.
+    pub fn incidents(&self) -> &Incidents {
+        &self.incidents
     }
 
     /// What has been measured so far.
@@ -118,7 +154,7 @@ impl<'a> Renderer<'a> {
 
     /// Samples per pixel done, of the pixels that have got most.
     pub fn samples_done(&self) -> u32 {
-        self.rounds_done.saturating_mul(self.samplers.len() as u32).min(self.settings.samples_per_pixel)
+        self.rounds_done.saturating_mul(self.samplers.len() as u32).min(self.settings.sample_limit)
     }
 
     /// What it has cost so far.
@@ -180,26 +216,42 @@ impl<'a> Renderer<'a> {
             .map(|pixels| (pixels, estimators.next().unwrap_or_default(), records.next().unwrap_or_default()))
             .collect();
         let guide = self.guide.as_ref();
-        let costs: Vec<RenderCost> = rows
+        let columns = &self.columns;
+        let done: Vec<(RenderCost, Incidents)> = rows
             .into_par_iter()
             .enumerate()
             .map(|(row, (mut pixels, estimators, records))| {
-                let mut cost = RenderCost::default();
-                for column in 0..bounds.width() as usize {
+                let (mut cost, mut incidents) = (RenderCost::default(), Incidents::default());
+                for column in columns[row].iter().cloned().flatten() {
                     let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
                     let number = row * bounds.width() as usize + column;
                     for half in 0..task.halves() {
                         for sample in range.start..range.end.min(limits.of(number, half)) {
                             let optimal = estimators.get_mut(column * task.halves() + half);
                             let ledger = guide.zip(records.get_mut(column)).map(|(g, record)| Ledger::new(g, record));
-                            task.sample(pixel, half, sample, &mut pixels, column, optimal, ledger, &mut cost);
+                            let went = catch_unwind(AssertUnwindSafe(|| {
+                                task.sample(pixel, half, sample, &mut pixels, column, optimal, ledger, &mut cost)
+                            }));
+                            let failure = match went {
+                                Ok(true) => continue,
+                                Ok(false) => Failure::NotFinite,
+                                // One sample lost is better than all: it is reported, and counts as black.
+                                Err(payload) => {
+                                    pixels.add(column, half, [f32::NAN; 3], 1.0);
+                                    Failure::Panic(panic_message(&*payload))
+                                }
+                            };
+                            incidents.push(Incident { pixel, half: half as u32, sample, failure });
                         }
                     }
                 }
-                cost
+                (cost, incidents)
             })
             .collect();
-        costs.iter().for_each(|cost| self.cost.add(cost));
+        for (cost, incidents) in done {
+            self.cost.add(&cost);
+            self.incidents.merge(incidents);
+        }
         self.rounds_done = range.end;
         self.limits.decide(self.rounds_done, &self.film);
         if let Some(guide) = &mut self.guide
@@ -217,4 +269,21 @@ impl<'a> Renderer<'a> {
             self.pass(rounds);
         }
     }
+}
+
+/// The pixels of a shard in each row of the film.
+fn columns(shard: Shard, bounds: PixelBounds) -> Vec<Vec<Range<usize>>> {
+    let width = bounds.width() as usize;
+    let mut rows = vec![Vec::new(); bounds.height() as usize];
+    for run in shard.runs(bounds) {
+        let mut start = run.start;
+        // A run may go on in the next row.
+        while start < run.end {
+            let row = start / width;
+            let end = run.end.min((row + 1) * width);
+            rows[row].push(start - row * width..end - row * width);
+            start = end;
+        }
+    }
+    rows
 }

@@ -35,7 +35,7 @@ impl<'a> PixelSampler<'a> {
         self.samplers.len()
     }
 
-    /// Adds sample `index` of a half of `pixel`, a place in the frame, to `column` of a row.
+    /// Adds sample `index` of a half of `pixel`, a place in the frame, to `column` of a row. Returns whether it is finite.
     pub fn sample(
         &self,
         pixel: [u32; 2],
@@ -46,7 +46,7 @@ impl<'a> PixelSampler<'a> {
         optimal: Option<&mut OptimalDirect>,
         ledger: Option<Ledger<'_>>,
         cost: &mut RenderCost,
-    ) {
+    ) -> bool {
         let settings = self.settings;
         let mut samples = self.samplers[half].samples(pixel, index);
         let mut wavelengths = Wavelengths::sample_visible(samples.next_1d());
@@ -94,7 +94,7 @@ impl<'a> PixelSampler<'a> {
         if largest > settings.max_component {
             rgb = rgb.map(|v| v * (settings.max_component / largest));
         }
-        row.add(column, half, rgb, filtered.sign);
+        row.add(column, half, rgb, filtered.sign)
     }
 }
 

@@ -41,6 +41,7 @@ pub struct World {
     pub(crate) lights: Vec<Light>,
     pub(crate) infinite_lights: Vec<u32>,
     pub(crate) selection: LightSelection,
+    pub(crate) mis_compensation: bool,
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     pub(crate) has_passages: bool,
@@ -108,6 +109,8 @@ impl World {
     /// What lights are asked with, when the directions they draw are combined as `combination` says.
     #[inline]
     pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum, combination: Combination) -> LightContext<'a> {
+        // Without compensation lights draw as if they were alone.
+        let combination = if self.mis_compensation { combination } else { Combination::Alone };
         LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted, combination }
     }
 

@@ -22,7 +22,7 @@ use luz_geometry::{
     Accelerator, AcceleratorBuilder, AnimatedTransform, GroupId, InstanceTransform, Shape, ShapeId, SimdLevel,
     Transform,
 };
-use luz_scene::{Description, Diagnostic, Diagnostics, Entity, ShapeEntity, Span, TransformSet};
+use luz_scene::{Description, Diagnostic, Diagnostics, Entity, Instance, ShapeEntity, Span, TransformSet};
 use std::collections::{HashMap, HashSet};
 use std::time::Instant;
 use textures::TextureBuilder;
@@ -42,6 +42,8 @@ pub struct Loaded {
 struct Context<'a> {
     description: &'a Description,
     coat_weights: CoatWeights,
+    /// Whether points of emitting surfaces are drawn by their images.
+    draws_by_images: bool,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -70,7 +72,12 @@ pub fn build(
     simd: SimdLevel,
     diagnostics: &mut Diagnostics,
 ) -> Option<Loaded> {
-    let mut context = Context { description, coat_weights: overrides.coat_weights, diagnostics };
+    let mut context = Context {
+        description,
+        coat_weights: overrides.coat_weights,
+        draws_by_images: overrides.emission_images.unwrap_or(true),
+        diagnostics,
+    };
     let settings = settings::settings(&mut context, overrides);
     let camera = settings::camera(&mut context, description, settings.resolution);
     unheeded::report(&mut context);
@@ -79,7 +86,8 @@ pub fn build(
     builder.add_shapes(&mut context);
     builder.add_lights(&mut context);
     let light_sampler = settings::light_sampler(&mut context, overrides);
-    let world = builder.finish(&mut context, light_sampler)?;
+    let mis_compensation = overrides.mis_compensation.unwrap_or(true);
+    let world = builder.finish(&mut context, (light_sampler, mis_compensation))?;
     (!context.diagnostics.has_errors()).then_some(Loaded { world, camera, settings })
 }
 
@@ -148,24 +156,35 @@ impl Builder {
         for instance in &description.instances {
             let group = *groups.entry(instance.object).or_insert_with(|| {
                 let group = self.accelerator.add_group();
-                for shape in &description.objects[instance.object].shapes {
+                for shape in description.objects[instance.object].shapes.iter().filter(|s| s.area_light.is_none()) {
                     self.add(context, Some(group), shape);
                 }
                 group
             });
+            for shape in description.objects[instance.object].shapes.iter().filter(|s| s.area_light.is_some()) {
+                self.add_instanced_emitter(context, instance, shape);
+            }
             let transform = instance_transform(context, &instance.world_from_instance, instance.span);
             self.accelerator.add_instance(group, transform);
             self.statistics.instances += 1;
         }
     }
 
+    /// What shines stands in the world itself, once for every place of its object: each is a light of its own.
+    fn add_instanced_emitter(&mut self, context: &mut Context<'_>, instance: &Instance, shape: &ShapeEntity) {
+        if instance.world_from_instance.is_animated() || shape.world_from_object.is_animated() {
+            report_moving_emitter(context, shape);
+            return;
+        }
+        let placed = instance.world_from_instance.start * shape.world_from_object.start;
+        let world_from_object = TransformSet { start: placed, end: placed };
+        self.add(context, None, &ShapeEntity { world_from_object, ..shape.clone() });
+    }
+
     /// A shape that moves is a group of its own, in object space, with a moving instance.
     fn add_moving(&mut self, context: &mut Context<'_>, shape: &ShapeEntity) {
         if shape.area_light.is_some() {
-            context.diagnostics.push(
-                Diagnostic::error(shape.entity.span, "moving area lights cannot be rendered yet")
-                    .with_help("place the shape under `ActiveTransform All`"),
-            );
+            report_moving_emitter(context, shape);
             return;
         }
         let transform = instance_transform(context, &shape.world_from_object, shape.entity.span);
@@ -201,7 +220,7 @@ impl Builder {
             self.places.push(shape.entity.span);
             debug_assert_eq!(id as usize + 1, self.shapes.len());
             if let Some(entity) = shape.area_light {
-                self.add_emitter(context, group, shape, entity, (id, primitives));
+                self.add_emitter(context, entity, (id, primitives));
             }
         }
     }
@@ -233,21 +252,7 @@ impl Builder {
         id.0
     }
 
-    fn add_emitter(
-        &mut self,
-        context: &mut Context<'_>,
-        group: Option<GroupId>,
-        shape: &ShapeEntity,
-        entity: usize,
-        (id, primitives): (u32, u32),
-    ) {
-        if group.is_some() {
-            context.diagnostics.push(
-                Diagnostic::error(shape.entity.span, "area lights within an object cannot be rendered yet")
-                    .with_help("place the emitting shape outside `ObjectBegin … ObjectEnd`"),
-            );
-            return;
-        }
+    fn add_emitter(&mut self, context: &mut Context<'_>, entity: usize, (id, primitives): (u32, u32)) {
         let description = context.description;
         let emission = match self.emission_of.get(&entity) {
             Some(known) => *known,
@@ -273,7 +278,7 @@ impl Builder {
         }
     }
 
-    fn finish(mut self, context: &mut Context<'_>, light_sampler: LightSampler) -> Option<World> {
+    fn finish(mut self, context: &mut Context<'_>, choice: (LightSampler, bool)) -> Option<World> {
         if context.diagnostics.has_errors() {
             return None;
         }
@@ -299,15 +304,18 @@ impl Builder {
             self.shapes[emitter.shape as usize].first_light = Some(first);
             let entity = &context.description.area_lights[emitter.entity];
             let emission = &self.emissions[emitter.emission as usize];
+            let power = lights::PowerFactor::new(context, entity, emission);
+            let shape = accelerator.shape(ShapeId(emitter.shape));
             for primitive in 0..emitter.primitives {
+                // What was skipped has none, and is not to be looked at.
                 let area = accelerator.shape_area(ShapeId(emitter.shape), primitive);
-                let scale = lights::power_factor(context, entity, emission, area);
+                let index = primitive as usize;
                 self.lights.push(Light::Area(AreaLight {
                     shape: emitter.shape,
                     primitive,
                     emission: emitter.emission,
-                    scale,
-                    brightness: emission.mean_brightness(),
+                    scale: power.of(emission, shape, index, area),
+                    brightness: if area > 0.0 { emission.brightness_over(shape, index) } else { 0.0 },
                 }));
             }
         }
@@ -315,14 +323,14 @@ impl Builder {
             *self.statistics.lights.entry(light.kind().to_owned()).or_default() += 1;
         }
         self.statistics.texture_bytes = self.textures.images.bytes() as u64;
-        self.into_world(context, accelerator, light_sampler)
+        self.into_world(context, accelerator, choice)
     }
 
     fn into_world(
         self,
         context: &mut Context<'_>,
         accelerator: Accelerator,
-        light_sampler: LightSampler,
+        (light_sampler, mis_compensation): (LightSampler, bool),
     ) -> Option<World> {
         let (center, radius) = accelerator.bounding_sphere();
         let emitted = EmittedSpectrum::default();
@@ -357,11 +365,19 @@ impl Builder {
             emissions: self.emissions,
             lights: self.lights,
             selection,
+            mis_compensation,
             center,
             radius,
             statistics: self.statistics,
         })
     }
+}
+
+fn report_moving_emitter(context: &mut Context<'_>, shape: &ShapeEntity) {
+    context.diagnostics.push(
+        Diagnostic::error(shape.entity.span, "moving area lights cannot be rendered yet")
+            .with_help("place the shape under `ActiveTransform All`"),
+    );
 }
 
 fn instance_transform(context: &mut Context<'_>, transforms: &TransformSet, span: Span) -> InstanceTransform {

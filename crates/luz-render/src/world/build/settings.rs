@@ -78,6 +78,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         integrator: integrator(context, &description.integrator, overrides),
         sampler: sampler_kind,
         samples_per_pixel,
+        sample_limit: overrides.sample_limit.unwrap_or(samples_per_pixel),
         adaptive: overrides.adaptive,
         seed: overrides.seed.unwrap_or(seed as u64),
         filename: film.parameters.string("filename", context.diagnostics).map(str::to_owned),

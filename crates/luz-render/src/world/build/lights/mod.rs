@@ -3,7 +3,7 @@
 mod area;
 mod infinite;
 
-pub(super) use area::{area_emission, power_factor};
+pub(super) use area::{PowerFactor, area_emission};
 
 use super::images::{Images, color_channels, image_color_space};
 use super::{Context, spectra, unsupported};
