@@ -64,7 +64,7 @@ pub struct StudyArguments {
 pub fn help() -> String {
     let mut axes = String::new();
     for axis in AXES {
-        let _ = writeln!(axes, "  {:<12}{}", axis.name, axis.known());
+        let _ = writeln!(axes, "  {:<18}{}", axis.name, axis.known());
     }
     format!(
         "\
