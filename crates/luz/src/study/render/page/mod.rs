@@ -215,6 +215,13 @@ impl Outcome {
                 "Pixels",
                 format!("{} × {}, of a frame of {} × {}", size[0], size[1], setup.resolution[0], setup.resolution[1]),
             ),
+            row(
+                "As it stands",
+                format!(
+                    "sampler {}, {} samples per pixel, max-depth {}, seed {}",
+                    setup.sampler, setup.samples_per_pixel, setup.max_depth, setup.seed
+                ),
+            ),
             row("Threads", setup.threads.to_string()),
             row("Instructions", setup.simd.clone()),
             row("Seeds", format!("{} of {}", self.seeds_done(), setup.seeds)),
