@@ -1,6 +1,8 @@
 //! The image type.
 
-use crate::{ImageError, ImageMetadata};
+use rayon::prelude::*;
+
+use crate::{Encoding, ImageError, ImageMetadata};
 
 /// A rectangle of pixels with named `f32` channels.
 ///
@@ -205,6 +207,35 @@ impl Image {
     pub(crate) fn clone_shape(&self, width: usize, height: usize, data: Vec<f32>) -> Self {
         debug_assert_eq!(data.len(), width * height * self.channels.len());
         Self { width, height, channels: self.channels.clone(), data, metadata: self.metadata.clone() }
+    }
+
+    /// Makes linear light of stored values, as [`ReadOptions::stored`](crate::ReadOptions::stored) gives them: the colour
+    /// is decoded as the file says. Nothing changes where that has been done, or where light was stored.
+    pub fn decode_stored(&mut self) {
+        if let (Some(Encoding::Linear), Some(stored)) = (self.metadata.encoding, self.metadata.stored_encoding) {
+            self.map_color(|v| stored.to_linear(v));
+            self.metadata.encoding = Some(stored);
+        }
+    }
+
+    /// The inverse of [`Image::decode_stored`]: encodes the colour as the file did that it came from.
+    pub fn encode_stored(&mut self) {
+        if let (Some(encoding), Some(_)) = (self.metadata.encoding, self.metadata.stored_encoding) {
+            self.map_color(|v| encoding.from_linear(v));
+            self.metadata.encoding = Some(Encoding::Linear);
+        }
+    }
+
+    /// Changes every sample of R, G and B, or of Y, or of the only channel.
+    fn map_color(&mut self, f: impl Fn(f32) -> f32 + Sync) {
+        let channels = match self.rgb() {
+            Some([r, g, b]) if r != g => vec![r, g, b],
+            Some([y, ..]) => vec![y],
+            None if self.channels.len() == 1 => vec![0],
+            None => return,
+        };
+        let n = self.channels.len();
+        self.data.par_chunks_exact_mut(n).for_each(|pixel| channels.iter().for_each(|&c| pixel[c] = f(pixel[c])));
     }
 
     /// How many samples are infinite or NaN.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use luz_color::RgbColorSpace;
 
-use crate::Encoding;
+use crate::{Encoding, ExrAttributes};
 
 /// What an image knows about itself beside its pixels. Writing keeps what the format can hold.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,12 +15,77 @@ pub struct ImageMetadata {
     pub sample_type: Option<SampleType>,
     /// The encoding that was undone when the image was read; linear for float files.
     pub encoding: Option<Encoding>,
+    /// The encoding that a file of integers states or implies, whatever the reader was told to undo; none for floats. It is
+    /// what a file says that gets the stored samples back as they were.
+    pub stored_encoding: Option<Encoding>,
+    /// The ICC profile of the stored samples, as in PNG, JPEG and TIFF files. It isn't interpreted, and not written with
+    /// colours that tone mapping has changed.
+    pub icc_profile: Option<Vec<u8>>,
+    /// The Exif block of PNG and JPEG files, from its byte order mark on. The orientation in it has been applied to the
+    /// pixels and says "upright".
+    pub exif: Option<Vec<u8>>,
+    /// How large a pixel is, as in PNG and JPEG files.
+    pub density: Option<Density>,
+    /// The quality, 1 to 100, of the JPEG file that the image came from, as its quantisation tables show it.
+    pub jpeg_quality: Option<u8>,
+    /// What else an OpenEXR file says, and how it stores each channel.
+    pub exr: Option<ExrAttributes>,
+    /// Chunks of a PNG file that say what its samples mean, to be written again with samples that still mean it.
+    pub(crate) png_color: Vec<PngChunk>,
     /// Where the pixels lie in a larger picture; none where they are all of it.
     pub placement: Option<Placement>,
     /// Free text by keyword: `comments`, `software` and so on.
     pub text: BTreeMap<String, String>,
     /// Layers of a multi-part file that were left out because their size differs from the largest layer's.
     pub skipped_layers: Vec<String>,
+}
+
+/// A chunk of a PNG file: its name and data.
+pub(crate) type PngChunk = ([u8; 4], Vec<u8>);
+
+/// How many pixels there are to a length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Density {
+    /// Along rows and columns.
+    pub pixels: [f64; 2],
+    /// To this length; none where only their ratio is known.
+    pub per: Option<LengthUnit>,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// 25.4 millimetres.
+    Inch,
+    /// Ten millimetres.
+    Centimetre,
+    /// A thousand millimetres.
+    Metre,
+}
+
+impl LengthUnit {
+    /// Its length in metres.
+    pub const fn metres(self) -> f64 {
+        match self {
+            Self::Inch => 0.0254,
+            Self::Centimetre => 0.01,
+            Self::Metre => 1.0,
+        }
+    }
+}
+
+impl Density {
+    /// The same density for another unit; ratios stay ratios.
+    #[must_use]
+    pub fn in_unit(self, unit: LengthUnit) -> Self {
+        match self.per {
+            Some(per) => {
+                let factor = unit.metres() / per.metres();
+                Self { pixels: self.pixels.map(|p| p * factor), per: Some(unit) }
+            }
+            None => self,
+        }
+    }
 }
 
 /// How a file stores a sample.

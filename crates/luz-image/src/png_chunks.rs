@@ -4,7 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Chromaticities, Encoding};
+use crate::metadata::PngChunk;
+use crate::{Chromaticities, Density, Encoding, ImageMetadata, LengthUnit};
 
 /// The length of a PNG file's signature.
 const SIGNATURE: usize = 8;
@@ -17,14 +18,24 @@ pub(crate) struct Description {
     pub(crate) encoding: Option<Encoding>,
     pub(crate) chromaticities: Option<Chromaticities>,
     pub(crate) text: BTreeMap<String, String>,
+    pub(crate) density: Option<Density>,
+    /// The chunks that say which colours the samples stand for, but for an ICC profile.
+    pub(crate) color: Vec<PngChunk>,
 }
+
+/// The chunks of [`Description::color`].
+const COLOR: [&[u8; 4]; 6] = [b"gAMA", b"cHRM", b"sRGB", b"cICP", b"mDCV", b"cLLI"];
 
 /// Reads the descriptive chunks of a PNG file; damaged ones are passed over, since the pixels' decoder reports damage.
 pub(crate) fn describe(file: &[u8]) -> Description {
     let mut description = Description::default();
     let mut is_srgb = false;
     for (name, data) in chunks(file) {
+        if COLOR.contains(&&name) {
+            description.color.push((name, data.to_vec()));
+        }
         match &name {
+            b"pHYs" => description.density = density(data),
             b"sRGB" => {
                 is_srgb = true;
                 description.encoding = Some(Encoding::Srgb);
@@ -50,11 +61,37 @@ pub(crate) fn describe(file: &[u8]) -> Description {
     description
 }
 
-/// Puts chunks into a PNG file, directly after its header, that state sRGB and hold the texts.
-pub(crate) fn insert(file: &mut Vec<u8>, text: &BTreeMap<String, String>) {
+/// What the samples of a file to be written stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Stated {
+    /// sRGB's colours.
+    Srgb,
+    /// What the image's own metadata say of stored samples.
+    AsRead,
+}
+
+/// Puts chunks into a PNG file, directly after its header, that state what the samples mean and hold the texts. An ICC profile
+/// is left to the encoder of the pixels.
+pub(crate) fn insert(file: &mut Vec<u8>, metadata: &ImageMetadata, stated: Stated) {
     let mut added = Vec::new();
-    push_chunk(&mut added, b"sRGB", &[0]);
-    for (keyword, value) in text {
+    if stated == Stated::Srgb {
+        push_chunk(&mut added, b"sRGB", &[0]);
+    } else if metadata.png_color.is_empty() && metadata.icc_profile.is_none() {
+        match metadata.stored_encoding {
+            Some(Encoding::Srgb) | None => push_chunk(&mut added, b"sRGB", &[0]),
+            Some(Encoding::Linear) => push_chunk(&mut added, b"gAMA", &100_000u32.to_be_bytes()),
+            Some(Encoding::Gamma(exponent)) => {
+                push_chunk(&mut added, b"gAMA", &((100_000.0 / exponent).round() as u32).to_be_bytes());
+            }
+        }
+    } else {
+        metadata.png_color.iter().for_each(|(name, data)| push_chunk(&mut added, name, data));
+    }
+    if let Some(Density { pixels, per }) = metadata.density.map(|d| d.in_unit(LengthUnit::Metre)) {
+        let [x, y] = pixels.map(|p| (p.round() as u32).to_be_bytes());
+        push_chunk(&mut added, b"pHYs", &[&x[..], &y, &[u8::from(per.is_some())]].concat());
+    }
+    for (keyword, value) in &metadata.text {
         // Keywords are Latin-1 of 1 to 79 bytes; texts have no zero.
         let keyword: Vec<u8> =
             keyword.chars().map(|c| u8::try_from(c as u32).unwrap_or(b'?')).filter(|&b| b != 0).take(79).collect();
@@ -121,6 +158,14 @@ fn chromaticities(data: &[u8]) -> Option<Chromaticities> {
     Some(Chromaticities { white: pair(0), primaries: [pair(1), pair(2), pair(3)] })
 }
 
+/// The density of a pHYs chunk.
+fn density(data: &[u8]) -> Option<Density> {
+    let &[a, b, c, d, e, f, g, h, unit] = data else { return None };
+    let pixels = [[a, b, c, d], [e, f, g, h]].map(|bytes| f64::from(u32::from_be_bytes(bytes)));
+    let per = (unit == 1).then_some(LengthUnit::Metre);
+    pixels.iter().all(|&p| p > 0.0).then_some(Density { pixels, per })
+}
+
 fn split_at_zero(data: &[u8]) -> Option<(&[u8], &[u8])> {
     let zero = data.iter().position(|&b| b == 0)?;
     Some((&data[..zero], &data[zero + 1..]))
@@ -153,7 +198,8 @@ mod tests {
         let mut file = vec![0; AFTER_HEADER];
         file[SIGNATURE..SIGNATURE + 8].copy_from_slice(b"\0\0\0\rIHDR");
         let text = BTreeMap::from([("Comment".to_owned(), "a cat — ✓".to_owned())]);
-        insert(&mut file, &text);
+        let metadata = ImageMetadata { text: text.clone(), ..ImageMetadata::default() };
+        insert(&mut file, &metadata, Stated::Srgb);
         assert_eq!(describe(&file).text, text);
         assert_eq!(describe(&file).encoding, Some(Encoding::Srgb));
         for length in 0..file.len() {

@@ -5,6 +5,7 @@ pub mod distribution;
 pub mod mis;
 mod owen;
 mod permutation;
+pub mod point_set;
 pub mod random;
 pub mod roulette;
 mod sampler;

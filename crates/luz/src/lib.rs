@@ -28,6 +28,7 @@
 //! * [`sample`]: random numbers, low-discrepancy sequences, warps, distributions, multiple importance sampling
 //! * [`color`]: wavelengths, spectra, colour spaces, sensors
 //! * [`image`]: images, their files, tone mapping, metrics
+//! * [`filter`]: the bilateral filter, sampled and exact, and its uses
 //! * [`geometry`]: vectors, transforms, shapes, ray intersection
 //! * [`scene`]: scenes as plain data, and their readers
 //! * [`render`]: world, textures, BSDFs, lights, cameras, film, integrators
@@ -35,6 +36,7 @@
 //! and [`study`]: what an estimator does, measured and shown on a page.
 
 pub use luz_color as color;
+pub use luz_filter as filter;
 pub use luz_geometry as geometry;
 pub use luz_image as image;
 pub use luz_render as render;

@@ -10,7 +10,7 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::{ReadChannels, ReadLayers};
 
 use super::{ReadOptions, check_size, damaged, truncated};
-use crate::{Chromaticities, Encoding, Format, Image, ImageError, ImageMetadata, Placement, SampleType};
+use crate::{Chromaticities, Encoding, ExrAttributes, Format, Image, ImageError, ImageMetadata, Placement, SampleType};
 
 pub(super) fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Image, ImageError> {
     let headers = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(translate)?.headers;
@@ -65,10 +65,17 @@ pub(super) fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Image, Image
         }
     }
     planes.sort_by_key(|(name, _)| sort_key(name));
-    metadata.sample_type = planes.first().map(|(_, samples)| match samples {
-        FlatSamples::F16(_) => SampleType::Float(16),
-        FlatSamples::F32(_) => SampleType::Float(32),
-        FlatSamples::U32(_) => SampleType::Unsigned(32),
+    metadata.sample_type = planes.first().map(|(_, samples)| sample_type(samples));
+    let mut layer = main.attributes.clone();
+    // Its picture would be an old one, and parts become one.
+    layer.preview = None;
+    if is_multi_part {
+        layer.layer_name = None;
+    }
+    metadata.exr = Some(ExrAttributes {
+        image: Box::new(file.attributes.clone()),
+        layer: Box::new(layer),
+        types: planes.iter().map(|(name, samples)| (name.clone(), sample_type(samples))).collect(),
     });
 
     let n = planes.len();
@@ -86,6 +93,14 @@ pub(super) fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Image, Image
         .map_err(|error| damaged(Format::Exr, error.to_string()))?;
     image.metadata = metadata;
     Ok(image)
+}
+
+fn sample_type(samples: &FlatSamples) -> SampleType {
+    match samples {
+        FlatSamples::F16(_) => SampleType::Float(16),
+        FlatSamples::F32(_) => SampleType::Float(32),
+        FlatSamples::U32(_) => SampleType::Unsigned(32),
+    }
 }
 
 /// Refuses what is not supported or not believable before anything large is allocated.

@@ -28,6 +28,13 @@ impl Default for ReadOptions {
     }
 }
 
+impl ReadOptions {
+    /// Gives the values as files store them, scaled to `[0, 1]` where they are integers.
+    pub fn stored() -> Self {
+        Self { encoding: Some(Encoding::Linear), ..Self::default() }
+    }
+}
+
 /// No format of ours packs more samples than this into a byte, so a file that claims to is damaged: deflate packs 1032 bytes
 /// into one, and each may hold eight pixels of a palette, which become three samples each.
 const MAX_SAMPLES_PER_BYTE: u64 = 1 << 15;

@@ -2,11 +2,12 @@
 
 use std::io::{Cursor, ErrorKind};
 
+use ::image::metadata::Orientation;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{ReadOptions, check_size, damaged, truncated};
-use crate::png_chunks;
 use crate::{Chromaticities, Encoding, Format, Image, ImageError, SampleType};
+use crate::{jpeg_quality, png_chunks};
 
 pub(super) fn decode(bytes: &[u8], format: Format, options: &ReadOptions) -> Result<Image, ImageError> {
     let foreign = match format {
@@ -27,11 +28,19 @@ pub(super) fn decode(bytes: &[u8], format: Format, options: &ReadOptions) -> Res
     let channels = decoder.color_type().channel_count();
     check_size(width.into(), height.into(), channels.into(), bytes.len(), options)?;
     let orientation = decoder.orientation().map_err(|error| translate(error, format))?;
+    // A profile that can't be read spoils no pixels.
+    let icc_profile = decoder.icc_profile().ok().flatten();
+    let mut exif = decoder.exif_metadata().ok().flatten();
+    if let Some(exif) = &mut exif {
+        // It is about to be applied.
+        let _ = Orientation::remove_from_exif_chunk(exif);
+    }
     let mut decoded = DynamicImage::from_decoder(decoder).map_err(|error| translate(error, format))?;
     decoded.apply_orientation(orientation);
 
     let description = if format == Format::Png { png_chunks::describe(bytes) } else { Default::default() };
-    let encoding = options.encoding.or(description.encoding).unwrap_or(Encoding::Srgb);
+    let stored_encoding = description.encoding.unwrap_or(Encoding::Srgb);
+    let encoding = options.encoding.unwrap_or(stored_encoding);
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let (channels, sample_type, data): (&[&str], _, Vec<f32>) = match decoded {
         DynamicImage::ImageLuma8(i) => (&["Y"], SampleType::Unsigned(8), from_u8(&i, 1, encoding)),
@@ -52,7 +61,16 @@ pub(super) fn decode(bytes: &[u8], format: Format, options: &ReadOptions) -> Res
     image.metadata.sample_type = Some(sample_type);
     image.metadata.encoding = Some(if is_integer { encoding } else { Encoding::Linear });
     image.metadata.chromaticities = description.chromaticities.filter(is_plausible);
+    image.metadata.stored_encoding = is_integer.then_some(stored_encoding);
     image.metadata.text = description.text;
+    image.metadata.png_color = description.color;
+    image.metadata.density = description.density;
+    image.metadata.icc_profile = icc_profile;
+    image.metadata.exif = exif;
+    if format == Format::Jpeg {
+        image.metadata.density = jpeg_quality::density(bytes);
+        image.metadata.jpeg_quality = jpeg_quality::quality(bytes);
+    }
     Ok(image)
 }
 

@@ -9,13 +9,17 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::tonemap::ToneMap;
-use crate::{Format, Image, ImageError};
+use crate::{Encoding, Format, Image, ImageError, SampleType};
 
 /// How files are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WriteOptions {
     /// How light becomes integers, in formats that hold no floats. The result is encoded as sRGB.
     pub tone_map: ToneMap,
+    /// Instead of tone mapping, colours are kept as they are and encoded like this, in formats of integers. With
+    /// [`ImageMetadata::encoding`](crate::ImageMetadata::encoding), which was undone when the image was read, the stored
+    /// integers are written as they were read, and what the file said of them is said again.
+    pub encoding: Option<Encoding>,
     /// Bits of a sample in PNG and TIFF files.
     pub bits: BitDepth,
     /// Precision of the samples in OpenEXR files.
@@ -26,7 +30,34 @@ pub struct WriteOptions {
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self { tone_map: ToneMap::default(), bits: BitDepth::Eight, exr: ExrPrecision::Float, quality: 95 }
+        Self {
+            tone_map: ToneMap::default(),
+            encoding: None,
+            bits: BitDepth::Eight,
+            exr: ExrPrecision::Float,
+            quality: 95,
+        }
+    }
+}
+
+impl WriteOptions {
+    /// What writes an image as the file that it came from, as far as the format can: its bit depth, its encoding without
+    /// tone mapping, its precision, its JPEG quality. Light that was read as floats is tone mapped as by default where the
+    /// format holds integers.
+    pub fn as_read(image: &Image, format: Format) -> Self {
+        let metadata = &image.metadata;
+        let bits = match (metadata.sample_type, format) {
+            (Some(SampleType::Unsigned(9..)), Format::Png | Format::Tiff) => BitDepth::Sixteen,
+            (Some(SampleType::Float(_) | SampleType::SharedExponent), Format::Tiff) => BitDepth::Float,
+            _ => BitDepth::Eight,
+        };
+        Self {
+            encoding: metadata.encoding.filter(|_| matches!(metadata.sample_type, Some(SampleType::Unsigned(..=16)))),
+            bits,
+            exr: ExrPrecision::AsRead,
+            quality: metadata.jpeg_quality.unwrap_or(95),
+            ..Self::default()
+        }
     }
 }
 
@@ -50,6 +81,9 @@ pub enum ExrPrecision {
     /// 32-bit floats.
     #[default]
     Float,
+    /// For each channel, that of the file that the image came from; floats where nothing is known, and where a number would
+    /// become infinite.
+    AsRead,
 }
 
 impl Image {

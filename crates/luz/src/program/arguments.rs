@@ -2,6 +2,10 @@
 
 use super::exit::EXIT_CODES;
 use super::study::StudyArguments;
+use super::filtering::arguments::{
+    DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
+    TonemapArguments,
+};
 use super::values::{
     CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
     SimdName, Threshold, ToneMapName,
@@ -27,10 +31,11 @@ Examples:
   luz info scenes/cornell-box.pbrt
   luz compare cornell-box.exr reference.exr -o error.png
   luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol --time 10s
+  luz filter photo.jpg -o smooth.png --sigma-spatial 8 --sigma-range 0.1
 
 ";
 
-/// Monte Carlo imaging: renders pbrt-v4 scenes, says what is in them, compares pictures
+/// Monte Carlo imaging: renders pbrt-v4 scenes, compares pictures, filters images and videos
 #[derive(Debug, Parser)]
 #[command(name = "luz", version, styles = STYLES, after_help = format!("{EXAMPLES}{EXIT_CODES}"))]
 pub struct Arguments {
@@ -54,6 +59,18 @@ pub enum Command {
     /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
     #[command(after_help = super::study::help())]
     Study(StudyArguments),
+    /// Smooth an image or a video but keep its edges: the bilateral filter
+    #[command(after_help = FILTER_HELP)]
+    Filter(FilterArguments),
+    /// Fit an HDR image into what a screen shows, details kept
+    #[command(after_help = TONEMAP_HELP)]
+    Tonemap(TonemapArguments),
+    /// Strengthen or soften the detail of an image or a video
+    #[command(after_help = ENHANCE_HELP)]
+    Enhance(EnhanceArguments),
+    /// Take noise out of a rendering, a photograph or a video
+    #[command(after_help = DENOISE_HELP)]
+    Denoise(DenoiseArguments),
     /// Print a completion script for a shell
     #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
         luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]
@@ -255,7 +272,7 @@ mod tests {
     #[test]
     fn the_help_names_every_exit_code() {
         let help = Arguments::command().render_long_help().to_string();
-        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "130 "] {
+        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "130 "] {
             assert!(help.lines().any(|line| line.trim_start().starts_with(code)), "{code} in {help}");
         }
     }

@@ -16,8 +16,10 @@ pub enum Exit {
     Scene = 3,
     /// An output cannot be written.
     Output = 4,
-    /// An image cannot be read, or two cannot be compared.
+    /// An image or a video cannot be read, or two do not belong together.
     Image = 5,
+    /// ffmpeg is not installed, or failed.
+    Ffmpeg = 6,
     /// Ctrl-C.
     Interrupted = 130,
 }
@@ -36,7 +38,8 @@ Exit codes:
   2    the command line is wrong
   3    the scene has errors, misses files, or uses what luz cannot render yet
   4    an output cannot be written
-  5    an image cannot be read, or two cannot be compared
+  5    an image or a video cannot be read, or two do not belong together: of other sizes, without what is needed
+  6    ffmpeg is needed and not installed, or it failed
   130  interrupted by Ctrl-C; what was done by then has been written";
 
 /// Writes to standard output. That nobody reads it to its end is no failure.

@@ -3,6 +3,7 @@
 mod arguments;
 mod compare;
 mod exit;
+mod filtering;
 mod info;
 mod interrupt;
 mod output;
@@ -11,6 +12,7 @@ mod progress;
 mod render;
 mod report;
 mod study;
+mod threads;
 mod values;
 
 use arguments::{Arguments, Command};
@@ -32,6 +34,10 @@ pub fn run() -> Exit {
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
+        Command::Filter(arguments) => filtering::filter(&arguments),
+        Command::Tonemap(arguments) => filtering::tonemap(&arguments),
+        Command::Enhance(arguments) => filtering::enhance(&arguments),
+        Command::Denoise(arguments) => filtering::denoise(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);

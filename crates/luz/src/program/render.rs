@@ -7,6 +7,7 @@ use super::output::{self, default_outputs};
 use super::problems;
 use super::progress::{self, Progress};
 use super::report::{Report, Stopped};
+use super::threads;
 use super::values::{OutputFile, simd_name};
 use luz::Scene;
 use luz::geometry::SimdLevel;
@@ -26,7 +27,7 @@ pub fn run(arguments: &RenderArguments) -> Exit {
 
 fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     interrupt::install(arguments.quiet);
-    start_threads(arguments.threads)?;
+    threads::start(arguments.threads)?;
     check_outputs(arguments.output.iter().map(|o| o.path.as_path()).chain(arguments.report.as_deref()))?;
     let scene = open(arguments)?;
     let outputs = if arguments.output.is_empty() {
@@ -43,15 +44,6 @@ fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
     Ok(match stopped {
         Stopped::Finished => Exit::Success,
         Stopped::Interrupted => Exit::Interrupted,
-    })
-}
-
-/// Starts as many threads as are wanted, or as the machine has.
-pub fn start_threads(wanted: Option<NonZeroU32>) -> Result<(), Exit> {
-    let threads = wanted.map_or(0, |n| n.get() as usize);
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| {
-        problems::error(&format!("cannot start {threads} threads: {error}"));
-        Exit::Usage
     })
 }
 

@@ -8,7 +8,8 @@ pub use arguments::{StudyArguments, help};
 use super::exit::{Exit, print};
 use super::output;
 use super::problems;
-use super::render::{overrides, refuse, start_threads};
+use super::render::{overrides, refuse};
+use super::threads;
 use super::{interrupt, progress};
 use axes::AxisKind;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -39,7 +40,7 @@ pub fn run(arguments: &StudyArguments) -> Exit {
 fn study(arguments: &StudyArguments) -> Result<Exit, Exit> {
     interrupt::install(arguments.quiet);
     let study = plan(arguments)?;
-    start_threads(arguments.threads)?;
+    threads::start(arguments.threads)?;
     let files = Files::beside(&arguments.output);
     let all = [&files.html, &files.json, &files.csv].map(PathBuf::as_path);
     let unwritable = output::problems(all.into_iter().chain(arguments.save_reference.as_deref()));

@@ -1,0 +1,163 @@
+//! What a thread does with a tile.
+
+use std::ops::RangeInclusive;
+
+use crate::pattern::Pattern;
+use crate::plan::{Frame, Opacity, Plan};
+use crate::simd::RowJob;
+use crate::tile::{Area, Layout, Tile};
+use crate::{Precision, Scale};
+
+/// A pattern as the kernel wants it.
+pub(crate) struct Compiled {
+    offsets: Vec<i32>,
+    exponents: Vec<f32>,
+    reach: (i32, i32),
+    centre_weight: f32,
+}
+
+impl Compiled {
+    /// For pixels of a phase.
+    pub fn new(pattern: &Pattern, layout: &Layout, phase: [usize; 2], precision: Precision) -> Self {
+        let offsets: Vec<i32> = pattern.offsets.iter().map(|&o| layout.offset(phase, o)).collect();
+        let reach = offsets.iter().fold((0, 0), |(a, b), &o| (o.min(a), o.max(b)));
+        let exponents = pattern.log2_weights.iter().map(|&w| precision.exponent(w)).collect();
+        Self { offsets, exponents, reach, centre_weight: pattern.centre_weight as f32 }
+    }
+}
+
+/// What a thread needs.
+pub(crate) struct Worker<'a> {
+    pub plan: &'a Plan<'a>,
+    compiled: &'a [Compiled],
+    pub tile: Tile,
+    /// The values of a row of one phase, as planes.
+    row: Vec<f32>,
+    /// The area's filtered pixels.
+    pub result: Vec<f32>,
+}
+
+impl<'a> Worker<'a> {
+    /// With a pattern for each phase of the layout.
+    pub fn new(plan: &'a Plan<'a>, layout: Layout, compiled: &'a [Compiled]) -> Self {
+        let columns = (layout.width / layout.phases).next_multiple_of(RowJob::BLOCK);
+        Self {
+            plan,
+            compiled,
+            tile: Tile::new(layout, plan),
+            row: vec![0.0; columns * plan.values.1],
+            result: Vec::new(),
+        }
+    }
+
+    /// Loads an area with the frames of a window that exist.
+    pub fn load(&mut self, window: &[Option<Frame<'_>>], existing: &RangeInclusive<i32>, area: &Area) {
+        self.tile.has_excluded = false;
+        let (middle, r) = ((window.len() / 2) as i32, self.plan.window.frame_radius as i32);
+        for t in existing.clone() {
+            if let Some(frame) = &window[(middle + t) as usize] {
+                self.tile.load(self.plan, frame, (r + t) as usize, area);
+            }
+        }
+    }
+
+    /// Filters the area of the loaded tile into [`Self::result`]. Returns how many pixels were excluded.
+    pub fn filter(&mut self, area: &Area) -> u64 {
+        let phases = self.tile.layout.phases;
+        let mut row = std::mem::take(&mut self.row);
+        let mut excluded = 0;
+        for y in 0..area.height {
+            for x in 0..phases.min(area.width) {
+                let columns = (area.width - x).div_ceil(phases);
+                let job = self.job(&self.compiled[y % phases * phases + x], [x, y], columns);
+                self.plan.level.filter_row(&job, &mut row);
+                excluded += self.put_row(area, [x, y], phases, &row, columns.next_multiple_of(RowJob::BLOCK));
+            }
+        }
+        self.row = row;
+        excluded
+    }
+
+    /// Filters [`RowJob::BLOCK`] pixels from a pixel of the area on, with the first pattern: plane by plane.
+    pub fn filter_block(&self, pixel: [usize; 2], out: &mut [f32]) {
+        self.plan.level.filter_row(&self.job(&self.compiled[0], pixel, RowJob::BLOCK), out);
+    }
+
+    /// The job for a pixel of the area and the next of its phase.
+    fn job<'b>(&'b self, pattern: &'b Compiled, [x, y]: [usize; 2], columns: usize) -> RowJob<'b> {
+        let (plan, layout) = (self.plan, self.tile.layout);
+        RowJob {
+            planes: &self.tile.planes,
+            plane_size: layout.plane_size,
+            plane_count: plan.plane_count,
+            centre: self.place(x, y),
+            columns,
+            groups: &plan.groups,
+            values: plan.values,
+            offsets: &pattern.offsets,
+            exponents: &pattern.exponents,
+            reach: pattern.reach,
+            centre_weight: pattern.centre_weight,
+            precision: plan.precision,
+            unscale: 1.0 / plan.value_factor,
+        }
+    }
+
+    /// Where a pixel of the area is in the first plane of its frame.
+    fn place(&self, x: usize, y: usize) -> usize {
+        let layout = &self.tile.layout;
+        self.plan.window.frame_radius * layout.frame_size + layout.index(layout.margin + x, layout.margin + y)
+    }
+
+    /// Puts every `step`-th pixel from a pixel of the area on into the result: from planes whose rows are `stride` apart.
+    /// Returns how many pixels were excluded.
+    pub fn put_row(&mut self, area: &Area, [x, y]: [usize; 2], step: usize, row: &[f32], stride: usize) -> u64 {
+        let plan = self.plan;
+        let (channels, image) = (plan.values.1, plan.frame.image);
+        let columns = (area.width - x).div_ceil(step);
+        self.result.resize(area.width * area.height * channels, 0.0);
+        let places = y * area.width * channels..(y + 1) * area.width * channels;
+        for c in 0..channels {
+            let to = self.result[places.clone()][x * channels + c..].iter_mut().step_by(step * channels);
+            to.zip(&row[c * stride..][..columns]).for_each(|(to, &v)| *to = v);
+        }
+        let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
+        if linear && !self.tile.has_excluded {
+            return 0;
+        }
+        let mut excluded = 0;
+        for column in (x..area.width).step_by(step) {
+            let original = image.pixel(area.x + column, area.y + y);
+            let leave = self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y));
+            let to = &mut self.result[places.clone()][column * channels..][..channels];
+            if leave {
+                to.copy_from_slice(original);
+                excluded += 1;
+            } else {
+                restore(plan, to, original);
+            }
+        }
+        excluded
+    }
+}
+
+/// Takes a pixel from the scale of the planes back to that of the image.
+fn restore(plan: &Plan<'_>, pixel: &mut [f32], original: &[f32]) {
+    let scale = plan.filter.mean_scale;
+    match plan.opacity {
+        Opacity::None => pixel.iter_mut().for_each(|v| *v = scale.backward(*v)),
+        Opacity::Premultiplied(_) if scale == Scale::Linear => {}
+        Opacity::Straight(a) | Opacity::Premultiplied(a) => {
+            let alpha = pixel[a];
+            for c in (0..pixel.len()).filter(|&c| c != a) {
+                pixel[c] = match plan.opacity {
+                    Opacity::Straight(_) if alpha > 0.0 => scale.backward(pixel[c] / alpha),
+                    // What can't be seen keeps its colour.
+                    Opacity::Straight(_) => original[c],
+                    _ if alpha > 0.0 => scale.backward(pixel[c] / alpha) * alpha,
+                    _ => original[c],
+                };
+            }
+        }
+    }
+}
