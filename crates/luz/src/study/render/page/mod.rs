@@ -183,7 +183,7 @@ impl Outcome {
         let setup = &self.setup;
         let mut out = String::new();
         if let Some(command) = &options.command {
-            out += &format!("<pre><code>{}</code></pre>\n", escape(command));
+            out += &format!("<pre tabindex=\"0\"><code>{}</code></pre>\n", escape(command));
         }
         out += &paragraph(
             "With each seed, all variants are rendered in turns, pass by pass, so that whatever else the machine does meets all of them \
@@ -237,7 +237,8 @@ impl Outcome {
             rows.push(row(&axis.name, axis.values.join(", ")));
         }
         let columns = vec!["Setting".to_owned(), "Value".to_owned()];
-        out += &format!("<div class=\"setup\">{}</div>\n", Table { caption: String::new(), columns, rows }.html());
+        out +=
+            &format!("<div class=\"setup\">{}</div>\n", Table { caption: "Settings".to_owned(), columns, rows }.html());
         out += "<p>All measured points, to be saved:</p>\n";
         out += &download(&format!("{}.csv", options.name), "text/csv", self.to_csv().as_bytes());
         if let Ok(json) = self.to_json() {
