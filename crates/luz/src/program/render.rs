@@ -15,7 +15,6 @@ use luz::image::{Chromaticities, Image, ImageError, Placement, ToneMap};
 use luz::render::bsdf::CoatWeights;
 use luz::render::{Overrides, Renderer};
 use luz::scene::SceneErrors;
-use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// Renders a scene and writes what was asked for.

@@ -8,7 +8,7 @@ mod words;
 use super::ReferenceOrigin;
 use super::outcome::{Outcome, VariantOutcome};
 use crate::study::html::{Finding, Page, download, escape, findings, paragraph, warning};
-use crate::study::number::{duration, factor, percent, si, significant};
+use crate::study::number::{duration, factor, percent, significant};
 use crate::study::statistics::Interval;
 use crate::study::table::{Cell, Table};
 use luz_image::{ImageError, ToneMap};
@@ -85,7 +85,11 @@ impl Outcome {
                 let next = others.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
                 out.push(Finding {
                     figure: first.name.clone(),
-                    what: "is the most efficient".to_owned(),
+                    what: match next {
+                        Some((_, interval)) if interval.high >= 1.0 => "leads in efficiency, but not for sure",
+                        _ => "is the most efficient",
+                    }
+                    .to_owned(),
                     remark: next
                         .map_or(String::new(), |(v, i)| format!("next: {}, {}", v.name, with_interval(&i, factor))),
                 });
@@ -115,7 +119,7 @@ impl Outcome {
             ReferenceOrigin::File { path } => {
                 path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
             }
-            ReferenceOrigin::Rendered { samples, .. } => format!("{} samples per pixel", si(f64::from(*samples))),
+            ReferenceOrigin::Rendered { samples, .. } => format!("{samples} samples per pixel"),
         };
         out.push(match self.reference.own_error {
             Some(own) => Finding {
