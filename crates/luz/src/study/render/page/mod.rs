@@ -136,7 +136,8 @@ impl Outcome {
         out
     }
 
-    fn warnings(&self) -> Vec<String> {
+    /// What nobody should overlook who reads the numbers, in whole sentences.
+    pub fn warnings(&self) -> Vec<String> {
         let mut out = Vec::new();
         if self.interrupted {
             out.push(format!(
