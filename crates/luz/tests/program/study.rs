@@ -143,8 +143,9 @@ fn a_time_ends_each_render() {
 fn one_seed_gives_no_intervals() {
     let folder = Folder::with_scene(BALL);
     folder
-        .run("study scene.pbrt --vary sampler=sobol,halton --spp 4 --seeds 1 --reference-spp 16 --quiet")
-        .ends_with(0);
+        .run("study scene.pbrt --vary sampler=sobol,halton --spp 4 --seeds 1 --reference-spp 16")
+        .ends_with(0)
+        .complains(&["warning: One seed says nothing"]);
     let report = folder.json("study.json");
     let summary = &variants(&report)[1]["summary"];
     assert!(summary["mse"]["high"].is_null() && summary["mse"]["value"].as_f64().unwrap() > 0.0);
