@@ -110,7 +110,7 @@ impl PathObserver for Story {
         match event {
             PathEvent::Ray { ray, depth, throughput } => {
                 if depth == 0 && self.text.is_empty() {
-                    let lambda = wavelengths.lambda.to_array().map(|l| format!("{l:.1}")).join(" ");
+                    let lambda = wavelengths.lambda.map(|l| format!("{l:.1}")).join(" ");
                     self.line("wavelengths", &format!("{lambda} nm"));
                 }
                 let from = if depth == 0 { "camera".to_owned() } else { format!("vertex {depth}") };

@@ -187,6 +187,7 @@ fn write(arguments: &StudyArguments, files: &Files, outcome: &Outcome) -> Result
         return Err(Exit::Output);
     }
     if !arguments.quiet {
+        outcome.warnings().iter().for_each(|warning| problems::warning(warning));
         let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
         let size = progress::bytes(page_bytes as u64);
         print(&format!("{}wrote {} (the report has {size})\n", summary(outcome), names.join(", ")));
