@@ -73,6 +73,7 @@ fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
+        ..Overrides::default()
     };
     let simd = SimdLevel::from(arguments.simd);
     let scene = Scene::open_with(&arguments.scene, &overrides, simd).map_err(|errors| refuse(&errors))?;
