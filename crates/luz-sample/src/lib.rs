@@ -2,6 +2,7 @@
 //! sampling, running statistics.
 
 pub mod distribution;
+pub mod markov;
 pub mod mis;
 mod owen;
 mod permutation;
