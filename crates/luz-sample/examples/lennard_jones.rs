@@ -105,7 +105,7 @@ fn measure(liquids: u64, warm_up: u64, sweeps: u64) -> (Running, Acceptance) {
         };
         // It melts in great heat.
         let mut hot = Chain::new(11, number, Liquid::crystal(), Log(f64::NEG_INFINITY));
-        (0..20).for_each(|_| sweep(&mut hot, 5.0));
+        (0..120).for_each(|_| sweep(&mut hot, 10.0));
         let start = hot.state().clone();
         let density = Log(-start.energy / TEMPERATURE);
         let mut chain = Chain::new(12, number, start, density);
@@ -124,7 +124,7 @@ fn measure(liquids: u64, warm_up: u64, sweeps: u64) -> (Running, Acceptance) {
 
 fn main() {
     println!("Lennard-Jones liquid, {PARTICLES} particles, T = {TEMPERATURE}, density {DENSITY}, Metropolis\n");
-    let (energy, acceptance) = measure(16, 250, 250);
+    let (energy, acceptance) = measure(16, 150, 250);
     println!("  energy per particle   {:.4} ± {:.4}", energy.mean(), energy.standard_error());
     println!("  NIST                  {:.4} ± {:.4}", REFERENCE.0, REFERENCE.1);
     println!("\n  {:.0} % of moves accepted", 100.0 * acceptance.rate());
@@ -151,7 +151,7 @@ mod tests {
     /// A z-test over independent liquids at a significance of 0.01.
     #[test]
     fn the_energy_is_that_of_the_reference() {
-        let (energy, _) = measure(16, 250, 250);
+        let (energy, _) = measure(16, 150, 250);
         let squared_error = energy.standard_error().powi(2);
         assert!(mean_z_test(energy.mean(), squared_error, REFERENCE.0, REFERENCE.1.powi(2)) > 0.01, "{energy:?}");
         assert!(squared_error.sqrt() < 0.015, "{energy:?}");
