@@ -175,15 +175,22 @@ impl<'a> PrimarySamples<'a> {
             self.to.streams.resize_with(self.stream + 1, Vec::new);
         }
         let coordinates = &mut self.to.streams[self.stream];
-        if coordinates.len() <= place {
-            coordinates.resize(place + 1, None);
+        if let Some(Some(known)) = coordinates.get(place) {
+            return unit_f32(*known);
         }
-        let bits = *coordinates[place].get_or_insert_with(|| {
-            match self.from.and_then(|from| from.bits(self.stream, dimension)) {
-                Some(old) => self.kernel.step(old, random),
-                None => (random >> 32) as u32,
+        let bits = match self.from.and_then(|from| from.bits(self.stream, dimension)) {
+            Some(old) => self.kernel.step(old, random),
+            None => (random >> 32) as u32,
+        };
+        if coordinates.len() == place {
+            // As it nearly always is.
+            coordinates.push(Some(bits));
+        } else {
+            if coordinates.len() <= place {
+                coordinates.resize(place + 1, None);
             }
-        });
+            coordinates[place] = Some(bits);
+        }
         unit_f32(bits)
     }
 }
