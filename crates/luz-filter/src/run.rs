@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use luz_image::Image;
 
 use crate::pattern::{self, Pattern};
-use crate::plan::{Frame, Plan, check};
+use crate::plan::{Frame, LARGEST, Plan, check};
 use crate::tile::{Area, Layout};
 use crate::worker::{Compiled, Worker};
-use crate::{FilterError, Filtered, Method, Progress, Report, auto, cosines, regression};
+use crate::{FilterError, Filtered, Method, Progress, Report, SampleCount, auto, cosines, regression};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -37,7 +37,7 @@ pub(crate) fn video(
     if let Method::Auto { quality } = method {
         check("the quality in dB", quality as f32, 0.0, 200.0)?;
         let choice = auto::choose(plan, window, quality)?;
-        report.measured_quality = Some(choice.quality);
+        report.measured_quality = choice.quality;
         method = choice.method;
     }
     let image = by_method(plan, method, window, &mut report, progress)?;
@@ -62,6 +62,12 @@ fn by_method(
         report.samples_per_pixel = samples_per_pixel(&patterns);
         return filter(plan, &patterns, window, report, progress);
     };
+    let count = match sampling.samples {
+        SampleCount::Count(n) => ("the number of samples", n as f32),
+        SampleCount::Windows(c) => ("the number of samples in window widths", c),
+    };
+    let (least, most) = if matches!(sampling.samples, SampleCount::Count(_)) { (1.0, 1e6) } else { (1e-3, 1e3) };
+    check(count.0, count.1, least, most)?;
     if sampling.regression && !plan.frame.guides.is_empty() {
         let reason = "results are fitted to the image, but guides decide here; switch the regression off".to_owned();
         return Err(FilterError::Unsuitable { method: "the sampled filter with regression", reason });
@@ -72,7 +78,7 @@ fn by_method(
     report.samples_per_pixel = samples_per_pixel(&patterns);
     let mut result = filter(&plan, &patterns, window, report, progress)?;
     if sampling.regression {
-        let fitted = regression::fit(plan.frame.image, &result, plan.filter.range.sigma);
+        let fitted = regression::fit(plan.frame.image, &result, plan.filter.range.sigma, LARGEST / plan.value_factor);
         report.scratch_bytes = report.scratch_bytes.max(fitted.len() * 4);
         result.data_mut().copy_from_slice(&fitted);
     }
