@@ -36,7 +36,8 @@ pub(crate) fn choose(plan: &Plan<'_>, window: &[Option<Frame<'_>>], quality: f64
         return Ok(Choice { method: Method::Exact, quality: None });
     }
     let precision = match quality {
-        q if q <= 56.0 => Precision::Fast,
+        q if q <= 54.0 => Precision::Half,
+        q if q <= 57.0 => Precision::Fast,
         q if q <= 75.0 => Precision::Fine,
         _ => Precision::Full,
     };

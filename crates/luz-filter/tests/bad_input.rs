@@ -4,12 +4,14 @@ mod common;
 
 use common::{picture, psnr};
 use luz_filter::{
-    BilateralFilter, Border, Distance, FilterError, Guide, Method, SampleCount, Sampling, Strategy, VideoFilter,
+    BilateralFilter, Border, Distance, FilterError, Guide, Method, Precision, SampleCount, Sampling, Strategy,
+    VideoFilter,
 };
 use luz_image::Image;
 
-fn methods() -> [Method; 4] {
+fn methods() -> [Method; 5] {
     [
+        Method::Sampled(Sampling { precision: Precision::Half, ..Sampling::default() }),
         Method::Exact,
         Method::Sampled(Sampling::default()),
         Method::Sampled(Sampling { regression: true, ..Sampling::default() }),

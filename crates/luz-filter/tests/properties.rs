@@ -11,7 +11,7 @@ const BORDERS: [Border; 3] = [Border::Mirror, Border::Clamp, Border::Renormalize
 fn methods() -> Vec<Method> {
     let mut methods = vec![Method::Exact, Method::Auto { quality: 50.0 }];
     for strategy in Strategy::ALL {
-        for precision in [Precision::Full, Precision::Fast] {
+        for precision in [Precision::Full, Precision::Fast, Precision::Half] {
             methods.push(Method::Sampled(Sampling { strategy, precision, ..Sampling::default() }));
         }
     }

@@ -79,9 +79,30 @@ fn coarse_exponentials_are_good_enough() {
         filter.apply(&image, &[]).unwrap().image
     };
     let full = with(Precision::Full);
-    let (fine, fast) = (psnr(&with(Precision::Fine), &full), psnr(&with(Precision::Fast), &full));
+    let [fine, fast, half] = [Precision::Fine, Precision::Fast, Precision::Half].map(|p| psnr(&with(p), &full));
     assert!(fine > 100.0, "{fine}");
     assert!(fast > 60.0, "{fast}");
+    assert!(half > 58.0, "{half}");
+}
+
+/// Half precision is used for up to three channels and values up to 2, and not where that would do harm.
+#[test]
+fn half_precision_is_good_enough() {
+    for channels in [&["Y"][..], &["Y", "Z"], &["R", "G", "B"], &["R", "G", "B", "A"]] {
+        for brightness in [0.01, 1.0, 100.0, 1e6] {
+            let mut image = picture(150, 70, channels);
+            image.data_mut().iter_mut().for_each(|v| *v *= brightness);
+            let mut filter = BilateralFilter::new(3.0, 0.1 * brightness);
+            let mut with = |precision| {
+                filter.method = Method::Sampled(Sampling { precision, ..Sampling::default() });
+                let mut filtered = filter.apply(&image, &[]).unwrap().image;
+                filtered.data_mut().iter_mut().for_each(|v| *v /= brightness);
+                filtered
+            };
+            let quality = psnr(&with(Precision::Half), &with(Precision::Full));
+            assert!(quality > 57.0, "{channels:?} {brightness}: {quality}");
+        }
+    }
 }
 
 #[test]

@@ -115,7 +115,7 @@ fn filtered(filter: &BilateralFilter, image: &Image) -> (f64, Image, Method) {
 
 fn sampled(count: u32) -> Method {
     let samples = SampleCount::Count(count);
-    Method::Sampled(Sampling { samples, precision: Precision::Fast, ..Sampling::default() })
+    Method::Sampled(Sampling { samples, precision: Precision::Half, ..Sampling::default() })
 }
 
 fn median(mut times: Vec<f64>) -> f64 {
