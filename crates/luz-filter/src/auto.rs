@@ -200,8 +200,9 @@ fn results(
                 .map(|(i, area)| {
                     let mut worker = Worker::new(plan, layout, &compiled[i % phases]);
                     worker.load(window, &frames, area);
-                    worker.filter(area);
-                    worker.result
+                    let mut result = vec![0.0; area.width * plan.values.1];
+                    worker.filter(area, &mut [&mut result]);
+                    result
                 })
                 .collect()
         })

@@ -13,7 +13,7 @@ use crate::plan::{Content, Plan};
 use crate::run;
 use crate::simd::{CosinePass, CosineTerm, Level, RowJob};
 use crate::tile::{Area, Layout};
-use crate::worker::Worker;
+use crate::worker::{Rows, Worker};
 use crate::{FilterError, Precision, Progress, Report};
 
 /// Why the method can't be used for a plan, if so.
@@ -93,8 +93,8 @@ pub(crate) fn filter(
         (8 + 2 * plan.values.1) * tile * 4
     };
     let patterns = [pattern::window(&plan.window)];
-    run::tiles(&plan, &patterns, &[Some(plan.frame)], report, progress, SIDE, extra, |worker, area| {
-        filter_area(worker, area, &settings)
+    run::tiles(&plan, &patterns, &[Some(plan.frame)], report, progress, SIDE, extra, |worker, area, out| {
+        filter_area(worker, area, &settings, out)
     })
 }
 
@@ -168,8 +168,8 @@ fn range_terms(sigma: f64, span: f64, error: f64) -> (f64, Vec<f64>) {
     (TAU / period, (0..=count).map(amplitude).collect())
 }
 
-/// Filters the area of the loaded tile into the worker's result. Returns how many pixels were excluded.
-fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64 {
+/// Filters the area of the loaded tile. Returns how many pixels were excluded.
+fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings, out_rows: &mut Rows<'_>) -> u64 {
     let (plan, layout) = (worker.plan, worker.tile.layout);
     let (level, r, values) = (plan.level, plan.window.radius, plan.values.1);
     let (width, height) = (area.width + 2 * r, area.height + 2 * r);
@@ -257,7 +257,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64
                 }
             }
         }
-        excluded += worker.put_row(area, [0, y], 1, &rows, stride);
+        excluded += worker.put_row(area, [0, y], 1, &rows, stride, out_rows);
     }
     excluded
 }

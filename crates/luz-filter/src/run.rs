@@ -8,7 +8,7 @@ use luz_image::Image;
 use crate::pattern::{self, Pattern};
 use crate::plan::{Frame, LARGEST, Plan, check};
 use crate::tile::{Area, Layout};
-use crate::worker::{Compiled, Worker};
+use crate::worker::{Compiled, Rows, Worker};
 use crate::{FilterError, Filtered, Method, Progress, Report, SampleCount, auto, cosines, regression};
 
 /// Filters the plan's image.
@@ -99,7 +99,7 @@ fn filter(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Image, FilterError> {
     let side = (4 * plan.window.radius).clamp(256, 512);
-    tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area| worker.filter(area))
+    tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area, out| worker.filter(area, out))
 }
 
 /// Filters tile by tile, each at most `side` pixels wide and high: `filter` does it for an area that is loaded, using
@@ -112,7 +112,7 @@ pub(crate) fn tiles(
     progress: &(dyn Fn(Progress) + Sync),
     side: usize,
     extra: impl Fn(&Layout) -> usize,
-    filter: impl Fn(&mut Worker<'_>, &Area) -> u64 + Sync,
+    filter: impl Fn(&mut Worker<'_>, &Area, &mut Rows<'_>) -> u64 + Sync,
 ) -> Result<Image, FilterError> {
     let phases = patterns.len().isqrt();
     let image = plan.frame.image;
@@ -130,7 +130,14 @@ pub(crate) fn tiles(
     let (across, down) = (width.div_ceil(layout.width), height.div_ceil(layout.height));
     let tiles = across * down;
     let mut samples = vec![0.0f32; width * height * channels];
-    let bands: Vec<Mutex<&mut [f32]>> = samples.chunks_mut(layout.height * width * channels).map(Mutex::new).collect();
+    // Each tile's part of each row.
+    let mut parts: Vec<Vec<&mut [f32]>> = (0..tiles).map(|_| Vec::with_capacity(layout.height)).collect();
+    for (y, row) in samples.chunks_exact_mut(width * channels).enumerate() {
+        for (column, part) in row.chunks_mut(layout.width * channels).enumerate() {
+            parts[y / layout.height * across + column].push(part);
+        }
+    }
+    let parts: Vec<Mutex<Vec<&mut [f32]>>> = parts.into_iter().map(Mutex::new).collect();
     let (next, done, excluded) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicU64::new(0));
 
     let work = || {
@@ -143,19 +150,16 @@ pub(crate) fn tiles(
             let (x, y) = (tile % across * layout.width, tile / across * layout.height);
             let area = Area { x, y, width: layout.width.min(width - x), height: layout.height.min(height - y) };
             worker.load(frames, &existing, &area);
-            excluded.fetch_add(filter(&mut worker, &area), Ordering::Relaxed);
-            let row = area.width * channels;
-            if let Ok(mut band) = bands[tile / across].lock() {
-                for (from, to) in worker.result.chunks_exact(row).zip(band.chunks_exact_mut(width * channels)) {
-                    to[x * channels..][..row].copy_from_slice(from);
-                }
+            // Nobody else wants it.
+            if let Ok(mut rows) = parts[tile].lock() {
+                excluded.fetch_add(filter(&mut worker, &area, &mut rows), Ordering::Relaxed);
             }
             let pixels = (area.width * area.height) as u64;
             let done = done.fetch_add(pixels, Ordering::Relaxed) + pixels;
             progress(Progress { done, total: (width * height) as u64 });
         }
     };
-    let bytes = layout.bytes(plan) + layout.width * layout.height * channels * 4 + extra(&layout);
+    let bytes = layout.bytes(plan) + extra(&layout);
     let budget = (2 * width * height * channels * 4 / bytes).max(1);
     let workers = rayon::current_num_threads().min(budget).min(tiles);
     if workers == 1 {
@@ -163,7 +167,7 @@ pub(crate) fn tiles(
     } else {
         rayon::scope(|scope| (0..workers).for_each(|_| scope.spawn(|_| work())));
     }
-    drop(bands);
+    drop(parts);
     report.excluded_pixels = excluded.into_inner();
     report.scratch_bytes = report.scratch_bytes.max(workers * bytes);
     let mut result = Image::from_data(width, height, image.channels().iter().cloned(), samples)?;

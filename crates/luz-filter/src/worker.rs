@@ -45,9 +45,10 @@ pub(crate) struct Worker<'a> {
     halves: Vec<u16>,
     /// The values of a row of one phase, as planes.
     row: Vec<f32>,
-    /// The area's filtered pixels.
-    pub result: Vec<f32>,
 }
+
+/// Where the rows of an area go: the interleaved samples of each.
+pub(crate) type Rows<'r> = [&'r mut [f32]];
 
 impl<'a> Worker<'a> {
     /// With a pattern for each phase of the layout.
@@ -59,7 +60,6 @@ impl<'a> Worker<'a> {
             tile: Tile::new(layout, plan),
             halves: Vec::new(),
             row: vec![0.0; columns * plan.values.1],
-            result: Vec::new(),
         }
     }
 
@@ -74,8 +74,8 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Filters the area of the loaded tile into [`Self::result`]. Returns how many pixels were excluded.
-    pub fn filter(&mut self, area: &Area) -> u64 {
+    /// Filters the area of the loaded tile. Returns how many pixels were excluded.
+    pub fn filter(&mut self, area: &Area, out: &mut Rows<'_>) -> u64 {
         let phases = self.tile.layout.phases;
         let mut row = std::mem::take(&mut self.row);
         let halves = self.use_halves();
@@ -89,7 +89,8 @@ impl<'a> Worker<'a> {
                 } else {
                     self.plan.level.filter_row(&self.job(pattern, [x, y], columns), &mut row);
                 }
-                excluded += self.put_row(area, [x, y], phases, &row, columns.next_multiple_of(RowJob::BLOCK));
+                let stride = columns.next_multiple_of(RowJob::BLOCK);
+                excluded += self.put_row(area, [x, y], phases, &row, stride, out);
             }
         }
         self.row = row;
@@ -170,16 +171,23 @@ impl<'a> Worker<'a> {
         self.plan.window.frame_radius * layout.frame_size + layout.index(layout.margin + x, layout.margin + y)
     }
 
-    /// Puts every `step`-th pixel from a pixel of the area on into the result: from planes whose rows are `stride` apart.
+    /// Puts every `step`-th pixel from a pixel of the area on where it belongs: from planes whose rows are `stride` apart.
     /// Returns how many pixels were excluded.
-    pub fn put_row(&mut self, area: &Area, [x, y]: [usize; 2], step: usize, row: &[f32], stride: usize) -> u64 {
+    pub fn put_row(
+        &self,
+        area: &Area,
+        [x, y]: [usize; 2],
+        step: usize,
+        row: &[f32],
+        stride: usize,
+        out: &mut Rows<'_>,
+    ) -> u64 {
         let plan = self.plan;
         let (channels, image) = (plan.values.1, plan.frame.image);
         let columns = (area.width - x).div_ceil(step);
-        self.result.resize(area.width * area.height * channels, 0.0);
-        let places = y * area.width * channels..(y + 1) * area.width * channels;
+        let out = &mut *out[y];
         for c in 0..channels {
-            let to = self.result[places.clone()][x * channels + c..].iter_mut().step_by(step * channels);
+            let to = out[x * channels + c..].iter_mut().step_by(step * channels);
             to.zip(&row[c * stride..][..columns]).for_each(|(to, &v)| *to = v);
         }
         let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
@@ -189,9 +197,8 @@ impl<'a> Worker<'a> {
         let mut excluded = 0;
         for column in (x..area.width).step_by(step) {
             let original = image.pixel(area.x + column, area.y + y);
-            let leave = self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y));
-            let to = &mut self.result[places.clone()][column * channels..][..channels];
-            if leave {
+            let to = &mut out[column * channels..][..channels];
+            if self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y)) {
                 to.copy_from_slice(original);
                 excluded += 1;
             } else {
