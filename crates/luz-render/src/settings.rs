@@ -1,11 +1,13 @@
 //! How a scene is to be rendered, as its file says and as the caller wishes otherwise.
 
 use crate::bsdf::CoatWeights;
-use crate::film::{FilmKind, Filter, PixelBounds};
-use crate::integrator::PathIntegrator;
-use crate::light::ScaledSpectrum;
+use crate::film::{FilmContents, FilmKind, FilmLayers, Filter, PixelBounds};
+use crate::integrator::{PathIntegrator, Technique};
+use crate::light::{LightSampler, ScaledSpectrum};
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
+use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 
 /// How a scene is to be rendered.
 #[derive(Clone, Debug)]
@@ -16,6 +18,8 @@ pub struct Settings {
     pub bounds: PixelBounds,
     /// What the film measures.
     pub film: FilmKind,
+    /// Does the film keep what each technique of finding direct light contributes?
+    pub technique_images: bool,
     /// The pixel filter.
     pub filter: Filter,
     /// From radiance to RGB.
@@ -30,12 +34,27 @@ pub struct Settings {
     pub integrator: PathIntegrator,
     /// The sequence that samples are drawn from.
     pub sampler: SamplerKind,
-    /// Samples per pixel.
+    /// Samples per pixel, for which the sampler's points are laid out.
     pub samples_per_pixel: u32,
+    /// The most samples that a pixel gets: other than `samples_per_pixel` where something else says when it is enough.
+    pub sample_limit: u32,
+    /// The relative error at which a pixel has samples enough, for adaptive sampling; see [`adaptive`](crate::adaptive).
+    pub adaptive: Option<f64>,
     /// The seed of all random numbers.
     pub seed: u64,
     /// The file that the scene wants its picture in.
     pub filename: Option<String>,
+}
+
+impl Settings {
+    /// What the film keeps.
+    pub fn film_contents(&self) -> FilmContents {
+        FilmContents {
+            layers: FilmLayers { features: self.film == FilmKind::GBuffer, techniques: self.technique_images },
+            halves: self.adaptive.is_some(),
+            signed: self.filter.is_signed(),
+        }
+    }
 }
 
 /// A window of the frame.
@@ -56,6 +75,8 @@ pub struct Overrides {
     pub crop: Option<Crop>,
     /// Samples per pixel.
     pub samples_per_pixel: Option<u32>,
+    /// The most samples that a pixel gets, if not as many as there are samples per pixel.
+    pub sample_limit: Option<u32>,
     /// The seed of all random numbers.
     pub seed: Option<u64>,
     /// The sequence that samples are drawn from.
@@ -64,10 +85,27 @@ pub struct Overrides {
     pub max_depth: Option<u32>,
     /// The integrator, by its name in scene files.
     pub integrator: Option<String>,
+    /// How lights are chosen.
+    pub light_sampler: Option<LightSampler>,
+    /// Whether environment maps leave dim directions to the BSDF where both are combined (MIS compensation); so if not
+    /// said.
+    pub mis_compensation: Option<bool>,
+    /// Whether points of surfaces that shine with an image are drawn by it; so if not said.
+    pub emission_images: Option<bool>,
     /// The pixel filter.
     pub filter: Option<Filter>,
     /// What the film measures.
     pub film: Option<FilmKind>,
+    /// Lets the film keep what each technique of finding direct light contributes.
+    pub technique_images: bool,
+    /// Which techniques look for direct light.
+    pub technique: Option<Technique>,
+    /// How they are combined.
+    pub heuristic: Option<Heuristic>,
+    /// How paths end before they are longest.
+    pub roulette: Option<Roulette>,
+    /// The relative error at which a pixel has samples enough.
+    pub adaptive: Option<f64>,
     /// How walks within rough coats are weighted; pbrt-v4's weights make them too bright, as its pictures have them.
     pub coat_weights: CoatWeights,
 }

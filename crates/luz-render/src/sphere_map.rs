@@ -1,6 +1,7 @@
 //! Maps between directions and the unit square, for environment maps and panoramic cameras.
 
-use glam::{Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
+use luz_image::WrapMode;
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 /// How a square picture covers the sphere of directions. `z` is up: it is at the centre of an equal-area map and along
@@ -24,6 +25,17 @@ impl SphereMap {
                 Vec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
             }
         }
+    }
+
+    /// The index, row by row, of a texel of an image of `size` that may lie beyond its border: on a map of latitudes and
+    /// longitudes columns go round, and the first and last row go on.
+    pub fn texel(self, at: IVec2, [width, height]: [usize; 2]) -> usize {
+        let (x, y) = (i64::from(at.x), i64::from(at.y));
+        let (x, y) = match self {
+            Self::EqualArea => WrapMode::Octahedral.apply(x, y, width, height).unwrap_or_default(),
+            Self::LatitudeLongitude => (x.rem_euclid(width as i64) as usize, y.clamp(0, height as i64 - 1) as usize),
+        };
+        y * width + x
     }
 
     /// The coordinates in `[0, 1]²` of a unit direction.

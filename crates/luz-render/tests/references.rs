@@ -92,11 +92,10 @@ impl Measured {
 
     fn film(film: &Film) -> Self {
         let estimates = film
-            .pixels()
-            .iter()
+            .estimates()
             .map(|pixel| {
-                let (mean, variance) = (pixel.mean(), pixel.variance());
-                let freedom = f64::from(pixel.count()) - 1.0;
+                let (mean, variance) = (pixel.mean, pixel.variance);
+                let freedom = f64::from(pixel.count) - 1.0;
                 std::array::from_fn(|c| Estimate { mean: mean[c], variance: variance[c], freedom })
             })
             .collect();

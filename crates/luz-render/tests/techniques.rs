@@ -5,6 +5,7 @@ mod common;
 use common::{load, mean, overrides, render};
 use luz_render::integrator::Technique;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 
 /// Lights and the material of the floor that they shine on.
 fn scene(lights: &str, material: &str) -> String {
@@ -114,19 +115,67 @@ fn techniques_agree_below_a_mix_with_nothing() {
     assert!(z.abs() < 4.8, "z = {z}: {light:?} against {bsdf:?}");
 }
 
+/// z-tests of the whole picture's mean against the balance heuristic: 9 × 3 × 7 comparisons at |z| < 4.5.
 #[test]
 fn every_heuristic_has_the_same_mean() {
-    let text = scene(LIGHTS[0].1, MATERIALS[1].1);
-    let measured = |heuristic: Heuristic| {
-        let mut loaded = load(&text, &overrides([20, 16], 256));
-        loaded.settings.integrator.heuristic = heuristic;
-        mean(&render(&loaded))[1]
+    let heuristics = [
+        Heuristic::Power(2.0),
+        Heuristic::Power(4.0),
+        Heuristic::Cutoff(0.1),
+        Heuristic::Maximum,
+        Heuristic::Average,
+        Heuristic::Optimal,
+    ];
+    for (light, lights) in LIGHTS {
+        for (name, material) in MATERIALS {
+            let text = scene(lights, material);
+            let measured = |heuristic: Heuristic, seed: u64| {
+                let mut loaded = load(&text, &overrides([20, 16], 128));
+                loaded.settings.integrator.heuristic = heuristic;
+                loaded.settings.seed = seed;
+                mean(&render(&loaded))[1]
+            };
+            let balance = measured(Heuristic::Balance, 1);
+            for heuristic in heuristics {
+                let other = measured(heuristic, 2);
+                let z = (other.0 - balance.0) / other.1.hypot(balance.1);
+                assert!(z.abs() < 4.5, "{light}, {name}, {heuristic}: z = {z}");
+            }
+        }
+    }
+}
+
+/// A closed, bright box, a glass sphere and a glossy one in it: paths are long.
+const BOX: &str = r#"
+    LookAt 0 0 -0.95  0 0 0  0 1 0
+    Camera "perspective" "float fov" 90
+    Integrator "path" "integer maxdepth" 24
+    Sampler "independent"
+    WorldBegin
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] Translate 0.3 0.6 0 Shape "sphere" "float radius" 0.1 AttributeEnd
+    Material "diffuse" "rgb reflectance" [0.8 0.8 0.7]
+    AttributeBegin ReverseOrientation Shape "sphere" AttributeEnd
+    AttributeBegin Material "dielectric" Translate -0.3 -0.3 0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
+    Material "conductor" "float roughness" 0.2
+    Translate 0.4 -0.4 0.1 Shape "sphere" "float radius" 0.25
+"#;
+
+/// z-tests of the whole picture's mean against paths that don't end early, |z| < 4.
+#[test]
+fn roulette_and_splitting_keep_the_mean() {
+    let measured = |roulette: Roulette, seed: u64| {
+        let wanted = luz_render::Overrides { roulette: Some(roulette), seed: Some(seed), ..overrides([16, 12], 512) };
+        mean(&render(&load(BOX, &wanted)))
     };
-    let balance = measured(Heuristic::Balance);
-    for heuristic in [Heuristic::Power(2.0), Heuristic::Power(4.0), Heuristic::Cutoff(0.1), Heuristic::Maximum] {
-        let other = measured(heuristic);
-        let z = (other.0 - balance.0) / other.1.hypot(balance.1);
-        assert!(z.abs() < 4.0, "{heuristic}: z = {z}");
+    let none = measured(Roulette::None, 1);
+    for roulette in [Roulette::Throughput, Roulette::Efficiency] {
+        let other = measured(roulette, 2);
+        for channel in 0..3 {
+            let z = (other[channel].0 - none[channel].0) / other[channel].1.hypot(none[channel].1);
+            assert!(z.abs() < 4.0, "{roulette}: z = {z}");
+            // The test sees errors of a few per cent.
+            assert!(other[channel].1 < 0.01 * other[channel].0);
+        }
     }
 }
 
@@ -139,4 +188,30 @@ fn a_two_percent_error_is_found() {
     };
     let (right, wrong) = (brightness("1"), brightness("1.02"));
     assert!((wrong.0 - right.0) / right.1.hypot(wrong.1) > 4.8);
+}
+
+/// The weighted shares of the techniques are the picture, and each alone has its mean: |z| < 4.8 as above.
+#[test]
+fn pictures_of_the_techniques_add_up() {
+    for (light, lights) in LIGHTS {
+        let text = scene(lights, MATERIALS[1].1);
+        let wanted = luz_render::Overrides { technique_images: true, ..overrides([20, 16], 256) };
+        let film = render(&load(&text, &wanted));
+        let image = film.to_image().expect("it fits");
+        let index = |name: &str| image.channels().iter().position(|c| c == name).expect("a channel");
+        let stride = image.channels().len();
+        let column = |name: &str| image.data().iter().skip(index(name)).step_by(stride).map(|v| f64::from(*v));
+        let sums = |name: &str| column(name).sum::<f64>();
+        for c in ["R", "G", "B"] {
+            let parts = column(&format!("BsdfWeighted.{c}")).zip(column(&format!("LightWeighted.{c}")));
+            for ((bsdf, light), whole) in parts.zip(column(c)) {
+                assert!((bsdf + light - whole).abs() <= 1e-5 + 1e-4 * whole, "{bsdf} + {light} ≠ {whole}");
+            }
+            // Light that only the BSDF finds is in one of the shares alone.
+            let seen = sums(c);
+            for alone in ["BsdfAlone", "LightAlone"] {
+                assert!(sums(&format!("{alone}.{c}")) < 1.5 * seen, "{light}: {alone}");
+            }
+        }
+    }
 }

@@ -36,7 +36,6 @@ fn options_and_parameters_without_effect_are_warned_of() {
         Option "bool forcediffuse" true
         Film "gbuffer"
         Sampler "halton" "string randomization" "none"
-        Integrator "path" "string lightsampler" "bvh"
         WorldBegin
         LightSource "infinite"
         Shape "sphere"
@@ -50,9 +49,17 @@ fn options_and_parameters_without_effect_are_warned_of() {
             "the option `forcediffuse` is not heeded",
             "positions and normals are written in world space",
             "samples are randomized all the same",
-            "lights are chosen by power",
         ]
     );
+}
+
+#[test]
+fn unknown_light_samplers_are_an_error() {
+    let (found, renderable) = messages(
+        r#"Integrator "path" "string lightsampler" "exhaustive" WorldBegin LightSource "infinite" Shape "sphere""#,
+    );
+    assert!(!renderable);
+    assert_eq!(found[0].1, "unknown light sampler `exhaustive`; known are bvh, power, uniform");
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod owen;
 mod permutation;
 pub mod point_set;
 pub mod random;
+pub mod roulette;
 mod sampler;
 mod samples;
 pub mod statistics;

@@ -174,3 +174,90 @@ fn bad_tables_are_errors() {
     }
     assert_eq!(PiecewiseConstant1D::new(&vec![1.0; (1 << 21) + 1]).err(), Some(E::TooLarge));
 }
+
+/// A frame around texels: the values along the edges are those of the texels next to them.
+fn framed(texels: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
+    let at = |i: usize, n: usize| i.saturating_sub(1).min(n - 1);
+    (0..height + 2)
+        .flat_map(|y| (0..width + 2).map(move |x| (x, y)))
+        .map(|(x, y)| texels[at(y, height) * width + at(x, width)])
+        .collect()
+}
+
+#[test]
+fn samples_have_the_interpolated_density() {
+    for measure in [SquareMeasure::Flat, SquareMeasure::Latitudes] {
+        for size @ [width, height] in [[1, 1], [1, 3], [5, 1], [8, 6]] {
+            let texels: Vec<f32> =
+                (0..width * height).map(|i| if i % 7 == 3 { 0.0 } else { (i % 5) as f32 + 0.2 }).collect();
+            let d = PiecewiseBilinear2D::new(framed(&texels, size), size, measure).unwrap();
+            let weight = |y: f32| match measure {
+                SquareMeasure::Flat => 1.0,
+                SquareMeasure::Latitudes => (std::f64::consts::PI * f64::from(y)).sin(),
+            };
+            let run = |factor: f64| {
+                let pdf = |p: Vec2| f64::from(d.pdf(p)) * weight(p.y) * (1.0 + factor * f64::from(p.x - 0.5));
+                chi2_rectangle(
+                    |u| Some(d.sample(u).0),
+                    pdf,
+                    [0.0, 1.0, 0.0, 1.0],
+                    [2 * width, 2 * height + 1],
+                    200_000,
+                    7,
+                )
+            };
+            assert!(run(0.0).passes(sidak(0.01, 8)), "{measure:?} {size:?}: {:?}", run(0.0));
+            assert!((run(0.0).pdf_integral - 1.0).abs() < 1e-3);
+            assert!(!run(0.1).passes(1e-6), "{measure:?} {size:?}: a wrong density must be noticed");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, rng_seed: RngSeed::Fixed(2), ..ProptestConfig::default() })]
+
+    #[test]
+    fn interpolated_tables_of_any_kind(
+        (texels, size) in (1usize..7, 1usize..6).prop_flat_map(|(w, h)| (table(w * h), Just([w, h]))),
+        u in (unit(), unit()),
+        latitudes in any::<bool>(),
+    ) {
+        let measure = if latitudes { SquareMeasure::Latitudes } else { SquareMeasure::Flat };
+        let d = PiecewiseBilinear2D::new(framed(&texels, size), size, measure).unwrap();
+        let (point, density) = d.sample(Vec2::new(u.0, u.1));
+        prop_assert!((0.0..1.0).contains(&point.x) && (0.0..1.0).contains(&point.y));
+        prop_assert_eq!(density, d.pdf(point));
+        prop_assert!(density.is_finite() && density >= 0.0);
+    }
+}
+
+#[test]
+fn samples_of_a_window_have_its_density() {
+    let size @ [width, height] = [9, 7];
+    let values: Vec<f32> = (0..width * height).map(|i| if i % 5 == 2 { 0.0 } else { (i % 7) as f32 }).collect();
+    let d = WindowedPiecewiseConstant2D::new(values.clone(), size).unwrap();
+    assert!((d.integral(&Window::ALL) - values.iter().map(|&v| f64::from(v)).sum::<f64>() / 63.0).abs() < 1e-12);
+    let windows = [
+        Window::ALL,
+        Window { min: Vec2::new(0.13, 0.4), max: Vec2::new(0.77, 0.95) },
+        // Within one cell, and across the border of two.
+        Window { min: Vec2::new(0.46, 0.45), max: Vec2::new(0.52, 0.54) },
+        Window { min: Vec2::new(0.5, 0.2), max: Vec2::new(0.6, 0.21) },
+    ];
+    for window in windows {
+        let Window { min, max } = window;
+        let rectangle = [min.x, max.x, min.y, max.y].map(f64::from);
+        let run = |factor: f64| {
+            let middle = 0.5 * (min.x + max.x);
+            let pdf =
+                |p: Vec2| f64::from(d.pdf(&window, p)) * (1.0 + factor * f64::from((p.x - middle) / (max.x - min.x)));
+            chi2_rectangle(|u| d.sample(&window, u).map(|s| s.0), pdf, rectangle, [18, 14], 200_000, 5)
+        };
+        assert!(run(0.0).passes(sidak(0.01, 4)), "{window:?}: {:?}", run(0.0));
+        assert!(!run(0.1).passes(1e-6), "{window:?}");
+    }
+    let nothing = Window { min: Vec2::new(0.3, 0.01), max: Vec2::new(0.3, 0.02) };
+    assert!(d.sample(&nothing, Vec2::splat(0.5)).is_none());
+    let beside = WindowedPiecewiseConstant2D::new(vec![0.0, 1.0], [2, 1]).unwrap();
+    assert!(beside.sample(&Window { min: Vec2::ZERO, max: Vec2::new(0.5, 1.0) }, Vec2::splat(0.5)).is_none());
+}

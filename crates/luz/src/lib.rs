@@ -32,6 +32,8 @@
 //! * [`geometry`]: vectors, transforms, shapes, ray intersection
 //! * [`scene`]: scenes as plain data, and their readers
 //! * [`render`]: world, textures, BSDFs, lights, cameras, film, integrators
+//!
+//! and [`study`]: what an estimator does, measured and shown on a page.
 
 pub use luz_color as color;
 pub use luz_filter as filter;
@@ -42,5 +44,6 @@ pub use luz_sample as sample;
 pub use luz_scene as scene;
 
 mod open;
+pub mod study;
 
 pub use open::{OpenTimes, Scene};

@@ -65,9 +65,19 @@ impl BilinearMesh {
         Some(self.indices[patch].map(|i| sign * normals[i as usize]))
     }
 
-    fn corner_uvs(&self, patch: usize) -> Option<[Vec2; 4]> {
+    pub(super) fn corner_uvs(&self, patch: usize) -> Option<[Vec2; 4]> {
         let uvs = self.uvs.as_ref()?;
         Some(self.indices[patch].map(|i| uvs[i as usize]))
+    }
+
+    pub(super) fn has_normals(&self) -> bool {
+        self.normals.is_some()
+    }
+
+    /// `|∂p/∂u × ∂p/∂v|` of a patch.
+    pub(super) fn parametric_stretch(&self, patch: usize, uv: Vec2) -> f64 {
+        let patch = self.patch(patch);
+        patch.dpdu(f64::from(uv.y)).cross(patch.dpdv(f64::from(uv.x))).length()
     }
 
     fn texture_uv(&self, patch: usize, uv: Vec2) -> Vec2 {
@@ -155,7 +165,7 @@ impl BilinearMesh {
         self.patch(patch).area() as f32
     }
 
-    fn sample_at(&self, patch: usize, uv: Vec2, position: Option<Vec3>) -> AreaSample {
+    pub(super) fn sample_at(&self, patch: usize, uv: Vec2, position: Option<Vec3>) -> AreaSample {
         let shape = self.patch(patch);
         let reach = shape.p00.abs() + shape.p10.abs() + shape.p01.abs() + shape.p11.abs();
         let (u, v) = (f64::from(uv.x), f64::from(uv.y));

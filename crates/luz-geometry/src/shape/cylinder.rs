@@ -116,15 +116,20 @@ impl Cylinder {
     }
 
     pub(super) fn sample_area(&self, _: usize, u: Vec2) -> Option<AreaSample> {
+        Some(self.point_at(Vec2::new(u.y, u.x)))
+    }
+
+    /// The point with the texture coordinates `uv`, which are uniform in object-space area.
+    pub(super) fn point_at(&self, uv: Vec2) -> AreaSample {
         let (lo, hi) = self.ends();
-        let (sin, cos) = (quadric::clamp_angle(self.phi_max) * f64::from(u.y)).sin_cos();
+        let (sin, cos) = (quadric::clamp_angle(self.phi_max) * f64::from(uv.x)).sin_cos();
         let r = f64::from(self.radius);
         let around = DVec3::new(cos, sin, 0.0);
-        let p = DVec3::new(r * cos, r * sin, lo + (hi - lo) * f64::from(u.x));
+        let p = DVec3::new(r * cos, r * sin, lo + (hi - lo) * f64::from(uv.y));
         let error = gamma(3) * Vec3::new(p.x.abs() as f32, p.y.abs() as f32, p.z.abs() as f32);
         let (position, position_error, normal) =
             quadric::sampled_point(&self.transform, self.reverse_orientation, p, error, around);
-        Some(AreaSample { position, position_error, normal, uv: self.uv_of(p), pdf_area: self.pdf_area_at(around) })
+        AreaSample { position, position_error, normal, uv: self.uv_of(p), pdf_area: self.pdf_area_at(around) }
     }
 
     pub(super) fn pdf_area(&self, point: &SurfacePoint) -> f32 {

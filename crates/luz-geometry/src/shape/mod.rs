@@ -3,6 +3,7 @@
 mod bilinear;
 mod cylinder;
 mod disk;
+mod parametric;
 mod quadric;
 mod sample;
 mod sphere;
@@ -11,6 +12,7 @@ pub(crate) mod triangle;
 pub use bilinear::BilinearMesh;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use parametric::{NormalCone, UvFootprint, UvPoint};
 pub use sample::{AreaSample, Reference, SolidAngleSample};
 pub use sphere::Sphere;
 pub use triangle::TriangleMesh;

@@ -55,7 +55,7 @@ impl Sphere {
     }
 
     /// Azimuth and the polar angles of `v = 0` and of the step to `v = 1`.
-    fn angles(&self) -> (f64, f64, f64) {
+    pub(super) fn angles(&self) -> (f64, f64, f64) {
         let r = f64::from(self.radius);
         let (lo, hi) = self.cuts();
         let polar = |z: f64| FRAC_PI_2 - (z / r).clamp(-1.0, 1.0).asin();
@@ -175,7 +175,7 @@ impl Sphere {
         Some(self.sample_towards(self.direction(u)))
     }
 
-    fn sample_towards(&self, direction: DVec3) -> AreaSample {
+    pub(super) fn sample_towards(&self, direction: DVec3) -> AreaSample {
         let p = direction * f64::from(self.radius);
         let error = gamma(5) * p.abs().as_vec3();
         let (position, position_error, normal) =

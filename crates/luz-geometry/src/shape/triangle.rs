@@ -70,7 +70,7 @@ impl TriangleMesh {
         }
     }
 
-    fn corner_uvs(&self, triangle: usize) -> [Vec2; 3] {
+    pub(super) fn corner_uvs(&self, triangle: usize) -> [Vec2; 3] {
         match &self.uvs {
             Some(uvs) => self.indices[triangle].map(|i| uvs[i as usize]),
             None => [Vec2::ZERO, Vec2::X, Vec2::ONE],
@@ -191,7 +191,7 @@ impl TriangleMesh {
         normal_and_area(self.corners(triangle)).1
     }
 
-    fn sample_at(&self, triangle: usize, b: [f32; 3]) -> AreaSample {
+    pub(super) fn sample_at(&self, triangle: usize, b: [f32; 3]) -> AreaSample {
         let corners @ [p0, p1, p2] = self.corners(triangle);
         let [uv0, uv1, uv2] = self.corner_uvs(triangle);
         let magnitude = (b[0] * p0).abs() + (b[1] * p1).abs() + (b[2] * p2).abs();

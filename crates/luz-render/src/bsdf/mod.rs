@@ -55,6 +55,12 @@ pub enum Bsdf<'a> {
 }
 
 impl Bsdf<'_> {
+    /// True if [`pdf`](Self::pdf) is the density of [`sample`](Self::sample), and not an estimate of it.
+    #[inline]
+    pub fn has_exact_pdf(&self) -> bool {
+        !matches!(self, Self::Layered(_))
+    }
+
     /// Value for a pair of directions, sr⁻¹, without the cosine; zero for specular lobes.
     #[inline]
     pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> SampledSpectrum {

@@ -1,16 +1,31 @@
 //! Lights: what they emit, and how points on them are drawn.
 
 mod area;
+mod bounds;
 mod distant;
+mod environment;
+mod goniometric;
+mod hierarchy;
 mod infinite;
 mod point;
+mod portal;
+mod projection;
+mod screen;
 mod selection;
 
 pub use area::{AreaLight, Emission};
+pub(crate) use area::{brightness, shown};
+pub use bounds::LightBounds;
 pub use distant::DistantLight;
-pub use infinite::{ImageInfiniteLight, UniformInfiniteLight};
+pub use environment::ImageInfiniteLight;
+pub(crate) use environment::SphereTexels;
+pub use goniometric::GoniometricLight;
+pub use hierarchy::LightHierarchy;
+pub use infinite::UniformInfiniteLight;
 pub use point::{PointLight, SpotLight};
-pub use selection::LightSelection;
+pub use portal::{Portal, PortalInfiniteLight};
+pub use projection::{ProjectionLight, Throw};
+pub use selection::{LightSampler, LightSelection};
 
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
@@ -79,12 +94,18 @@ pub enum Light {
     Point(PointLight),
     /// Radiates from a point into a cone.
     Spot(SpotLight),
+    /// Radiates from a point as an image of all directions says.
+    Goniometric(Box<GoniometricLight>),
+    /// Throws an image from a point.
+    Projection(Box<ProjectionLight>),
     /// Shines along one direction from infinitely far away.
     Distant(DistantLight),
     /// The same radiance from all around.
     UniformInfinite(UniformInfiniteLight),
     /// An environment map.
     ImageInfinite(Box<ImageInfiniteLight>),
+    /// An environment map that is seen through a portal.
+    Portal(Box<PortalInfiniteLight>),
     /// A primitive that emits.
     Area(AreaLight),
 }
@@ -98,6 +119,20 @@ pub struct LightContext<'a> {
     pub emissions: &'a [Emission],
     /// What the path has already evaluated of them.
     pub emitted: &'a EmittedSpectrum,
+    /// What drawn directions are combined with.
+    pub combination: Combination,
+}
+
+/// What the directions that are drawn towards lights are combined with: it decides whether a light may leave to another
+/// technique what that one finds well.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Combination {
+    /// Nothing: lights draw every direction from which light comes.
+    #[default]
+    Alone,
+    /// Directions drawn from the BSDF or phase function, weighted by multiple importance sampling. Lights may then leave
+    /// dim directions to them (MIS compensation), with density zero.
+    WithBsdf,
 }
 
 impl LightContext<'_> {
@@ -154,45 +189,82 @@ impl Light {
             Self::Area(light) => light.sample(context, reference, u, wavelengths),
             Self::Point(light) => light.sample(reference.position, wavelengths),
             Self::Spot(light) => light.sample(reference.position, wavelengths),
+            Self::Goniometric(light) => light.sample(reference.position, wavelengths),
+            Self::Projection(light) => light.sample(reference.position, wavelengths),
             Self::Distant(light) => Some(light.sample(wavelengths)),
-            Self::UniformInfinite(light) => Some(light.sample(u, wavelengths)),
-            Self::ImageInfinite(light) => light.sample(u, wavelengths),
+            Self::UniformInfinite(light) => light.sample(context.combination, u, wavelengths),
+            Self::ImageInfinite(light) => light.sample(context.combination, u, wavelengths),
+            Self::Portal(light) => light.sample(reference, u, wavelengths),
         }
     }
 
     /// The density in solid angle with which [`sample`](Self::sample) draws `direction`, for the lights at infinity.
     /// (An area light is asked with the point that was hit: [`AreaLight::pdf`].)
-    pub fn pdf_infinite(&self, direction: Vec3) -> f32 {
+    pub fn pdf_infinite(&self, context: LightContext<'_>, reference: &Reference, direction: Vec3) -> f32 {
         match self {
-            Self::UniformInfinite(light) => light.pdf(),
-            Self::ImageInfinite(light) => light.pdf(direction),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => 0.0,
+            Self::UniformInfinite(light) => light.pdf(context.combination),
+            Self::Portal(light) => light.pdf(reference, direction),
+            Self::ImageInfinite(light) => light.pdf(context.combination, direction),
+            _ => 0.0,
         }
     }
 
-    /// The radiance that arrives from infinity against `direction` (which points away from the scene).
-    pub fn radiance_infinite(&self, direction: Vec3, wavelengths: &Wavelengths) -> SampledSpectrum {
+    /// The radiance that arrives from infinity at `reference` against `direction` (which points away from the scene).
+    pub fn radiance_infinite(
+        &self,
+        reference: &Reference,
+        direction: Vec3,
+        wavelengths: &Wavelengths,
+    ) -> SampledSpectrum {
         match self {
             Self::UniformInfinite(light) => light.radiance(wavelengths),
+            Self::Portal(light) => light.radiance(reference, direction, wavelengths),
             Self::ImageInfinite(light) => light.radiance(direction, wavelengths),
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Area(_) => SampledSpectrum::ZERO,
+            _ => SampledSpectrum::ZERO,
         }
     }
 
     /// True for lights that rays which leave the scene meet.
     pub fn is_infinite(&self) -> bool {
-        matches!(self, Self::UniformInfinite(_) | Self::ImageInfinite(_))
+        matches!(self, Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_))
     }
 
-    /// An estimate of the emitted power in photometric units, for choosing among lights.
+    /// An estimate of the emitted power in photometric units, for choosing among lights. What a light leaves to another
+    /// technique does not count.
     pub fn power(&self, context: LightContext<'_>, scene_radius: f32) -> f64 {
         match self {
             Self::Point(light) => light.power(),
             Self::Spot(light) => light.power(),
+            Self::Goniometric(light) => light.power(),
+            Self::Projection(light) => light.power(),
             Self::Distant(light) => light.power(scene_radius),
-            Self::UniformInfinite(light) => light.power(scene_radius),
-            Self::ImageInfinite(light) => light.power(scene_radius),
+            Self::UniformInfinite(light) => light.power(context.combination, scene_radius),
+            Self::ImageInfinite(light) => light.power(context.combination, scene_radius),
+            Self::Portal(light) => light.power(),
             Self::Area(light) => light.power(context),
+        }
+    }
+
+    /// Where the light is and how it shines; `None` for lights at infinity.
+    pub fn bounds(&self, context: LightContext<'_>) -> Option<LightBounds> {
+        match self {
+            Self::Point(light) => Some(light.bounds()),
+            Self::Spot(light) => Some(light.bounds()),
+            Self::Goniometric(light) => Some(light.bounds()),
+            Self::Projection(light) => Some(light.bounds()),
+            Self::Portal(light) => Some(light.bounds()),
+            Self::Area(light) => Some(light.bounds(context)),
+            Self::Distant(_) | Self::UniformInfinite(_) | Self::ImageInfinite(_) => None,
+        }
+    }
+
+    /// The irradiance of a surface that faces a light at infinity, about, in photometric units; for choosing among
+    /// lights.
+    pub fn far_irradiance(&self, context: LightContext<'_>) -> f64 {
+        match self {
+            Self::Distant(light) => light.irradiance.weight(),
+            // What falls on a disk of area π r² in a scene of radius r = 1, over that area.
+            _ => self.power(context, 1.0) / std::f64::consts::PI,
         }
     }
 
@@ -201,8 +273,10 @@ impl Light {
         match self {
             Self::Point(_) => "point",
             Self::Spot(_) => "spot",
+            Self::Goniometric(_) => "goniometric",
+            Self::Projection(_) => "projection",
             Self::Distant(_) => "distant",
-            Self::UniformInfinite(_) | Self::ImageInfinite(_) => "infinite",
+            Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_) => "infinite",
             Self::Area(_) => "diffuse",
         }
     }

@@ -1,6 +1,6 @@
 //! Lights without extent.
 
-use super::{LightSample, ScaledSpectrum, Target};
+use super::{LightBounds, LightSample, ScaledSpectrum, Target};
 use glam::Vec3;
 use luz_color::Wavelengths;
 use std::f64::consts::TAU;
@@ -18,6 +18,11 @@ impl PointLight {
     /// The light that arrives at `reference`: I / r².
     pub fn sample(&self, reference: Vec3, wavelengths: &Wavelengths) -> Option<LightSample> {
         from_point(self.position, &self.intensity, reference, wavelengths, |_| 1.0)
+    }
+
+    /// Where the light is and how it shines.
+    pub fn bounds(&self) -> LightBounds {
+        LightBounds::point(self.position, self.intensity.weight() as f32)
     }
 
     /// 4π I.
@@ -58,6 +63,11 @@ impl SpotLight {
         t * t * (3.0 - 2.0 * t)
     }
 
+    /// Where the light is and how it shines.
+    pub fn bounds(&self) -> LightBounds {
+        LightBounds::cone(self.position, self.axis, self.cos_total, self.intensity.weight() as f32)
+    }
+
     /// ∫ I dω: the full cone, and half of the border, over which the smooth step averages ½.
     pub fn power(&self) -> f64 {
         let (total, falloff) = (f64::from(self.cos_total), f64::from(self.cos_falloff));
@@ -65,7 +75,7 @@ impl SpotLight {
     }
 }
 
-fn from_point(
+pub(super) fn from_point(
     position: Vec3,
     intensity: &ScaledSpectrum,
     reference: Vec3,

@@ -111,6 +111,16 @@ impl<const N: usize> Pyramid<N> {
         self.levels[0].nearest(st, self.wrap)
     }
 
+    /// The texels of the unfiltered image, row by row.
+    pub fn texels(&self) -> &[[f32; N]] {
+        &self.levels[0].texels
+    }
+
+    /// Width and height of the unfiltered image.
+    pub fn size(&self) -> [usize; 2] {
+        [self.levels[0].width, self.levels[0].height]
+    }
+
     /// The mean over the whole image.
     pub fn mean(&self) -> [f32; N] {
         self.levels[self.levels.len() - 1].texel(IVec2::ZERO, WrapMode::Clamp)

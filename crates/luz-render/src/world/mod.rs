@@ -7,7 +7,7 @@ pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
 use crate::chance::chance;
-use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
+use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
@@ -41,6 +41,7 @@ pub struct World {
     pub(crate) lights: Vec<Light>,
     pub(crate) infinite_lights: Vec<u32>,
     pub(crate) selection: LightSelection,
+    pub(crate) mis_compensation: bool,
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     pub(crate) has_passages: bool,
@@ -105,10 +106,12 @@ impl World {
         &self.statistics
     }
 
-    /// What lights are asked with.
+    /// What lights are asked with, when the directions they draw are combined as `combination` says.
     #[inline]
-    pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum) -> LightContext<'a> {
-        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted }
+    pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum, combination: Combination) -> LightContext<'a> {
+        // Without compensation lights draw as if they were alone.
+        let combination = if self.mis_compensation { combination } else { Combination::Alone };
+        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted, combination }
     }
 
     /// The area light with this number.

@@ -42,10 +42,10 @@ pub fn overrides(resolution: [u32; 2], samples_per_pixel: u32) -> Overrides {
 
 /// The mean over all pixels, and its standard error, per channel.
 pub fn mean(film: &Film) -> [(f64, f64); 3] {
-    let n = film.pixels().len() as f64;
+    let n = film.estimates().len() as f64;
     std::array::from_fn(|c| {
-        let mean = film.pixels().iter().map(|p| p.mean()[c]).sum::<f64>() / n;
-        let variance = film.pixels().iter().map(|p| p.variance()[c]).sum::<f64>() / (n * n);
+        let mean = film.estimates().map(|p| p.mean[c]).sum::<f64>() / n;
+        let variance = film.estimates().map(|p| p.variance[c]).sum::<f64>() / (n * n);
         (mean, variance.sqrt())
     })
 }

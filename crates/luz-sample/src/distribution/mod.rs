@@ -7,10 +7,17 @@
 mod cumulative;
 mod discrete;
 mod error;
+mod piecewise_bilinear_2d;
 mod piecewise_constant_1d;
 mod piecewise_constant_2d;
+mod polygon;
+mod texel_tree;
+mod windowed_2d;
 
 pub use discrete::Discrete;
 pub use error::DistributionError;
+pub use piecewise_bilinear_2d::{PiecewiseBilinear2D, SquareMeasure};
 pub use piecewise_constant_1d::PiecewiseConstant1D;
 pub use piecewise_constant_2d::PiecewiseConstant2D;
+pub use texel_tree::{Steering, TexelTree};
+pub use windowed_2d::{Window, WindowedPiecewiseConstant2D};

@@ -160,7 +160,14 @@ const LIGHTS: &[EntitySchema] = &[
         "infinite",
         &[
             ANY_LIGHT,
-            &[one("L", SPECTRUM), one("filename", FILE), one("illuminance", FLOAT), exactly(4, "portal", POINT3)],
+            &[
+                one("L", SPECTRUM),
+                one("filename", FILE),
+                // `point` or `bilinear`; not in pbrt-v4.
+                one("filter", STRING),
+                one("illuminance", FLOAT),
+                exactly(4, "portal", POINT3),
+            ],
         ],
     ),
     kind("projection", &[ANY_LIGHT, &[one("power", FLOAT), one("fov", FLOAT), required(one("filename", FILE))]]),

@@ -5,12 +5,17 @@ use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::study::StudyArguments;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, SimdName,
-    Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
+    SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
+use luz::render::integrator::Technique;
+use luz::render::light::LightSampler;
+use luz::sample::mis::Heuristic;
+use luz::sample::roulette::Roulette;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -26,6 +31,7 @@ Examples:
   luz info scenes/cornell-box.pbrt
   luz compare cornell-box.exr reference.exr -o error.png
   luz filter photo.jpg -o smooth.png --sigma-spatial 8 --sigma-range 0.1
+  luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol --time 10s
 
 ";
 
@@ -62,6 +68,9 @@ pub enum Command {
     /// Take noise out of a rendering, a photograph or a video
     #[command(after_help = DENOISE_HELP)]
     Denoise(DenoiseArguments),
+    /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
+    #[command(after_help = super::study::help())]
+    Study(StudyArguments),
     /// Print a completion script for a shell
     #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
         luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]
@@ -149,6 +158,26 @@ pub struct OverrideArguments {
     /// Film: gbuffer adds albedo, normals, position and depth to the EXR
     #[arg(long, value_name = "NAME")]
     pub film: Option<FilmName>,
+    /// How lights are chosen: bvh, power, uniform
+    #[arg(long, value_name = "NAME")]
+    pub light_sampler: Option<LightSampler>,
+    /// Which techniques look for direct light: bsdf, light, both
+    #[arg(long, value_name = "NAME")]
+    pub technique: Option<Technique>,
+    /// How the techniques are combined: balance, power, power:BETA, cutoff, cutoff:ALPHA, maximum,
+    /// average, optimal
+    #[arg(long, value_name = "HEURISTIC")]
+    pub mis: Option<Heuristic>,
+    /// How paths end before they are longest: none, throughput; or efficiency, which also splits them where that is
+    /// worth its rays (EARS)
+    #[arg(long, value_name = "NAME")]
+    pub roulette: Option<Roulette>,
+    /// Sample each pixel until its relative error is so small, but no more than --spp times: 2 %, say
+    #[arg(long, value_name = "ERROR")]
+    pub adaptive: Option<Share>,
+    /// Add to the EXR what each technique of finding direct light contributes, weighted and as if it were alone
+    #[arg(long)]
+    pub technique_images: bool,
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,

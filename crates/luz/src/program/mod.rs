@@ -11,6 +11,7 @@ mod problems;
 mod progress;
 mod render;
 mod report;
+mod study;
 mod threads;
 mod values;
 
@@ -36,6 +37,7 @@ pub fn run() -> Exit {
         Command::Tonemap(arguments) => filtering::tonemap(&arguments),
         Command::Enhance(arguments) => filtering::enhance(&arguments),
         Command::Denoise(arguments) => filtering::denoise(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);

@@ -1,6 +1,6 @@
 //! `luz render`
 
-use super::arguments::RenderArguments;
+use super::arguments::{OverrideArguments, RenderArguments};
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::output::{self, default_outputs};
@@ -53,9 +53,9 @@ fn check_outputs<'a>(paths: impl Iterator<Item = &'a Path>) -> Result<(), Exit> 
     if found.is_empty() { Ok(()) } else { Err(Exit::Output) }
 }
 
-fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
-    let wanted = &arguments.overrides;
-    let overrides = Overrides {
+/// What the command line wants instead of what the scene says.
+pub fn overrides(wanted: &OverrideArguments) -> Overrides {
+    Overrides {
         resolution: wanted.resolution.map(|r| r.0),
         crop: wanted.crop.map(|c| c.0),
         samples_per_pixel: wanted.spp,
@@ -65,8 +65,18 @@ fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
         integrator: wanted.integrator.map(|name| name.name().to_owned()),
         filter: wanted.filter.map(Into::into),
         film: wanted.film.map(Into::into),
+        light_sampler: wanted.light_sampler,
+        technique_images: wanted.technique_images,
+        technique: wanted.technique,
+        heuristic: wanted.mis,
+        roulette: wanted.roulette,
+        adaptive: wanted.adaptive.map(|share| share.0),
         coat_weights: if wanted.pbrt_coats { CoatWeights::PbrtV4 } else { CoatWeights::Exact },
-    };
+    }
+}
+
+fn open(arguments: &RenderArguments) -> Result<Scene, Exit> {
+    let overrides = overrides(&arguments.overrides);
     let simd = SimdLevel::from(arguments.simd);
     let scene = Scene::open_with(&arguments.scene, &overrides, simd).map_err(|errors| refuse(&errors))?;
     if !arguments.quiet {
@@ -155,7 +165,8 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
     // One comment: attributes without a place in the format's standard are written in any order, and equal pictures
     // should be equal files.
     let samples = renderer.samples_done();
-    text.insert("comments".to_owned(), format!("{samples} samples per pixel, seed {}", settings.seed));
+    let at_most = if settings.adaptive.is_some() { "at most " } else { "" };
+    text.insert("comments".to_owned(), format!("{at_most}{samples} samples per pixel, seed {}", settings.seed));
     Ok(image)
 }
 
@@ -168,6 +179,9 @@ fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
         progress::duration(report.seconds.render),
         progress::relative_error(report.relative_error.unwrap_or(f64::INFINITY)),
     ];
+    if report.settings.adaptive.is_some() {
+        parts[0] = format!("{:.1} samples per pixel, at most {}", report.mean_samples, report.samples);
+    }
     if report.stopped == Stopped::Interrupted {
         parts[0] =
             format!("interrupted after {} of {} samples per pixel", report.samples, report.settings.samples_per_pixel);

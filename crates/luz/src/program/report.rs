@@ -26,8 +26,10 @@ pub struct Report<'a> {
     pub scene: &'a Path,
     pub stopped: Stopped,
     pub settings: SettingsReport,
-    /// Per pixel: those done.
+    /// Per pixel: those done; with adaptive sampling, of the pixels that have got most.
     pub samples: u32,
+    /// Per pixel, on average.
+    pub mean_samples: f64,
     pub seconds: Seconds,
     pub paths: u64,
     pub paths_per_second: f64,
@@ -63,6 +65,12 @@ pub struct SettingsReport {
     pub filter: String,
     pub integrator: &'static str,
     pub max_depth: u32,
+    /// Which techniques look for direct light, and how they are combined.
+    pub technique: String,
+    pub mis: String,
+    pub roulette: String,
+    /// The relative error at which a pixel has samples enough.
+    pub adaptive: Option<f64>,
     pub sampler: &'static str,
     pub samples_per_pixel: u32,
     pub seed: u64,
@@ -111,12 +119,17 @@ impl<'a> Report<'a> {
                 filter: format!("{:?}, radius {:?}", settings.filter.kind(), settings.filter.radius().to_array()),
                 integrator: "path",
                 max_depth: settings.integrator.max_depth,
+                technique: settings.integrator.technique.to_string(),
+                mis: settings.integrator.heuristic.to_string(),
+                roulette: settings.integrator.roulette.to_string(),
+                adaptive: settings.adaptive,
                 sampler: sampler_name(settings.sampler),
                 samples_per_pixel: settings.samples_per_pixel,
                 seed: settings.seed,
                 pbrt_coats,
             },
             samples: renderer.samples_done(),
+            mean_samples: film.samples() as f64 / film.estimates().len().max(1) as f64,
             seconds: Seconds { load: scene.times.read, build: scene.times.build, render: seconds },
             paths,
             paths_per_second: per_second(paths as f64),
@@ -148,14 +161,13 @@ impl<'a> Report<'a> {
 /// The mean over all pixels, and its standard error if they are independent.
 fn mean_with_error(film: &Film) -> ([f64; 3], [f64; 3]) {
     let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
-    for pixel in film.pixels() {
-        let (mean, of_mean) = (pixel.mean(), pixel.variance());
+    for pixel in film.estimates() {
         for channel in 0..3 {
-            sum[channel] += mean[channel];
-            variance[channel] += of_mean[channel];
+            sum[channel] += pixel.mean[channel];
+            variance[channel] += pixel.variance[channel];
         }
     }
-    let count = film.pixels().len().max(1) as f64;
+    let count = film.estimates().len().max(1) as f64;
     (sum.map(|s| s / count), variance.map(|v| v.sqrt() / count))
 }
 

@@ -36,6 +36,22 @@ pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).ok().filter(|v| *v > 0.0).ok_or_else(|| "expected a number above zero".to_owned())
 }
 
+/// A share above zero: `0.02` or `2%`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Share(pub f64);
+
+impl FromStr for Share {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, unit) = match text.trim().strip_suffix('%') {
+            Some(number) => (number, 0.01),
+            None => (text, 1.0),
+        };
+        let share = positive_f64(number).map_err(|_| "expected a share above zero, 2% or 0.02 say".to_owned())?;
+        Ok(Self(share * unit))
+    }
+}
+
 /// `WxH`, both positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution(pub [u32; 2]);

@@ -3,10 +3,10 @@ use super::support::Folder;
 #[test]
 fn the_help_shows_commands_examples_and_exit_codes() {
     let help = Folder::new().run("--help").ends_with(0).stdout;
-    for part in ["render", "info", "compare", "completions", "Examples:", "Exit codes:", "130  interrupted"] {
+    for part in ["render", "info", "compare", "study", "completions", "Examples:", "Exit codes:", "130  interrupted"] {
         assert!(help.contains(part), "{part} is not in {help}");
     }
-    for command in ["render", "info", "compare", "completions"] {
+    for command in ["render", "info", "compare", "study", "completions"] {
         let help = Folder::new().run(&format!("{command} --help")).ends_with(0).stdout;
         assert!(help.contains("Examples:"), "{help}");
     }

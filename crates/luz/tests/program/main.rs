@@ -8,6 +8,7 @@ mod filter;
 mod info;
 mod interrupt;
 mod render;
+mod study;
 mod support;
 mod uses;
 mod video;

@@ -114,3 +114,29 @@ impl Ran {
         self
     }
 }
+
+/// Starts the program, lets it work for a while, interrupts it, and waits for its end.
+#[cfg(unix)]
+pub fn interrupt_soon(folder: &Folder, arguments: &str) -> Ran {
+    use std::process::{Command, Stdio};
+    use std::thread::sleep;
+    use std::time::{Duration, Instant};
+    let mut child = Command::new(cargo_bin!("luz"))
+        .current_dir(folder.path())
+        .args(arguments.split_whitespace())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    sleep(Duration::from_millis(2500));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let start = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if start.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            panic!("the program did not end");
+        }
+        sleep(Duration::from_millis(20));
+    }
+    Ran::new(child.wait_with_output().unwrap())
+}

@@ -3,6 +3,7 @@
 use crate::texture::{Pyramid, SpectrumImage, SpectrumKind, TexelFilter};
 use luz_color::RgbColorSpace;
 use luz_image::{Chromaticities, Encoding, Image, ReadOptions, WrapMode};
+use luz_sample::distribution::TexelTree;
 use luz_scene::{Diagnostics, Span};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ pub(super) struct Images {
     images: HashMap<(PathBuf, Option<EncodingKey>), Option<Arc<Image>>>,
     colors: HashMap<PyramidKey, Arc<Pyramid<3>>>,
     floats: HashMap<PyramidKey, Arc<Pyramid<1>>>,
+    brightness: HashMap<PathBuf, Option<Arc<TexelTree>>>,
 }
 
 type EncodingKey = (u8, u32);
@@ -105,9 +107,16 @@ impl Images {
         Some(pyramid)
     }
 
-    /// Bytes that the pyramids hold.
+    /// The tree by which lights draw points of an image, made once; `None` where it has nothing to prefer.
+    pub fn brightness_tree(&mut self, path: &Path, make: impl FnOnce() -> Option<TexelTree>) -> Option<Arc<TexelTree>> {
+        self.brightness.entry(path.to_owned()).or_insert_with(|| make().map(Arc::new)).clone()
+    }
+
+    /// Bytes that the pyramids and trees hold.
     pub fn bytes(&self) -> usize {
-        self.colors.values().map(|p| p.bytes()).sum::<usize>() + self.floats.values().map(|p| p.bytes()).sum::<usize>()
+        self.colors.values().map(|p| p.bytes()).sum::<usize>()
+            + self.floats.values().map(|p| p.bytes()).sum::<usize>()
+            + self.brightness.values().flatten().map(|tree| tree.bytes()).sum::<usize>()
     }
 }
 

@@ -12,7 +12,9 @@ mod unheeded;
 use super::{ShapeInfo, World, WorldStatistics};
 use crate::bsdf::CoatWeights;
 use crate::camera::Camera;
-use crate::light::{AreaLight, Emission, EmittedSpectrum, Light, LightContext, LightSelection};
+use crate::light::{
+    AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSampler, LightSelection,
+};
 use crate::material::{Material, MaterialId, Scattering};
 use crate::settings::{Overrides, Settings};
 use glam::Mat4;
@@ -20,7 +22,7 @@ use luz_geometry::{
     Accelerator, AcceleratorBuilder, AnimatedTransform, GroupId, InstanceTransform, Shape, ShapeId, SimdLevel,
     Transform,
 };
-use luz_scene::{Description, Diagnostic, Diagnostics, Entity, ShapeEntity, Span, TransformSet};
+use luz_scene::{Description, Diagnostic, Diagnostics, Entity, Instance, ShapeEntity, Span, TransformSet};
 use std::collections::{HashMap, HashSet};
 use std::time::Instant;
 use textures::TextureBuilder;
@@ -40,6 +42,8 @@ pub struct Loaded {
 struct Context<'a> {
     description: &'a Description,
     coat_weights: CoatWeights,
+    /// Whether points of emitting surfaces are drawn by their images.
+    draws_by_images: bool,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -68,7 +72,12 @@ pub fn build(
     simd: SimdLevel,
     diagnostics: &mut Diagnostics,
 ) -> Option<Loaded> {
-    let mut context = Context { description, coat_weights: overrides.coat_weights, diagnostics };
+    let mut context = Context {
+        description,
+        coat_weights: overrides.coat_weights,
+        draws_by_images: overrides.emission_images.unwrap_or(true),
+        diagnostics,
+    };
     let settings = settings::settings(&mut context, overrides);
     let camera = settings::camera(&mut context, description, settings.resolution);
     unheeded::report(&mut context);
@@ -76,7 +85,9 @@ pub fn build(
     builder.materials(&mut context);
     builder.add_shapes(&mut context);
     builder.add_lights(&mut context);
-    let world = builder.finish(&mut context)?;
+    let light_sampler = settings::light_sampler(&mut context, overrides);
+    let mis_compensation = overrides.mis_compensation.unwrap_or(true);
+    let world = builder.finish(&mut context, (light_sampler, mis_compensation))?;
     (!context.diagnostics.has_errors()).then_some(Loaded { world, camera, settings })
 }
 
@@ -145,24 +156,35 @@ impl Builder {
         for instance in &description.instances {
             let group = *groups.entry(instance.object).or_insert_with(|| {
                 let group = self.accelerator.add_group();
-                for shape in &description.objects[instance.object].shapes {
+                for shape in description.objects[instance.object].shapes.iter().filter(|s| s.area_light.is_none()) {
                     self.add(context, Some(group), shape);
                 }
                 group
             });
+            for shape in description.objects[instance.object].shapes.iter().filter(|s| s.area_light.is_some()) {
+                self.add_instanced_emitter(context, instance, shape);
+            }
             let transform = instance_transform(context, &instance.world_from_instance, instance.span);
             self.accelerator.add_instance(group, transform);
             self.statistics.instances += 1;
         }
     }
 
+    /// What shines stands in the world itself, once for every place of its object: each is a light of its own.
+    fn add_instanced_emitter(&mut self, context: &mut Context<'_>, instance: &Instance, shape: &ShapeEntity) {
+        if instance.world_from_instance.is_animated() || shape.world_from_object.is_animated() {
+            report_moving_emitter(context, shape);
+            return;
+        }
+        let placed = instance.world_from_instance.start * shape.world_from_object.start;
+        let world_from_object = TransformSet { start: placed, end: placed };
+        self.add(context, None, &ShapeEntity { world_from_object, ..shape.clone() });
+    }
+
     /// A shape that moves is a group of its own, in object space, with a moving instance.
     fn add_moving(&mut self, context: &mut Context<'_>, shape: &ShapeEntity) {
         if shape.area_light.is_some() {
-            context.diagnostics.push(
-                Diagnostic::error(shape.entity.span, "moving area lights cannot be rendered yet")
-                    .with_help("place the shape under `ActiveTransform All`"),
-            );
+            report_moving_emitter(context, shape);
             return;
         }
         let transform = instance_transform(context, &shape.world_from_object, shape.entity.span);
@@ -198,7 +220,7 @@ impl Builder {
             self.places.push(shape.entity.span);
             debug_assert_eq!(id as usize + 1, self.shapes.len());
             if let Some(entity) = shape.area_light {
-                self.add_emitter(context, group, shape, entity, (id, primitives));
+                self.add_emitter(context, entity, (id, primitives));
             }
         }
     }
@@ -230,21 +252,7 @@ impl Builder {
         id.0
     }
 
-    fn add_emitter(
-        &mut self,
-        context: &mut Context<'_>,
-        group: Option<GroupId>,
-        shape: &ShapeEntity,
-        entity: usize,
-        (id, primitives): (u32, u32),
-    ) {
-        if group.is_some() {
-            context.diagnostics.push(
-                Diagnostic::error(shape.entity.span, "area lights within an object cannot be rendered yet")
-                    .with_help("place the emitting shape outside `ObjectBegin … ObjectEnd`"),
-            );
-            return;
-        }
+    fn add_emitter(&mut self, context: &mut Context<'_>, entity: usize, (id, primitives): (u32, u32)) {
         let description = context.description;
         let emission = match self.emission_of.get(&entity) {
             Some(known) => *known,
@@ -270,7 +278,7 @@ impl Builder {
         }
     }
 
-    fn finish(mut self, context: &mut Context<'_>) -> Option<World> {
+    fn finish(mut self, context: &mut Context<'_>, choice: (LightSampler, bool)) -> Option<World> {
         if context.diagnostics.has_errors() {
             return None;
         }
@@ -296,14 +304,18 @@ impl Builder {
             self.shapes[emitter.shape as usize].first_light = Some(first);
             let entity = &context.description.area_lights[emitter.entity];
             let emission = &self.emissions[emitter.emission as usize];
+            let power = lights::PowerFactor::new(context, entity, emission);
+            let shape = accelerator.shape(ShapeId(emitter.shape));
             for primitive in 0..emitter.primitives {
+                // What was skipped has none, and is not to be looked at.
                 let area = accelerator.shape_area(ShapeId(emitter.shape), primitive);
-                let scale = lights::power_factor(context, entity, emission, area);
+                let index = primitive as usize;
                 self.lights.push(Light::Area(AreaLight {
                     shape: emitter.shape,
                     primitive,
                     emission: emitter.emission,
-                    scale,
+                    scale: power.of(emission, shape, index, area),
+                    brightness: if area > 0.0 { emission.brightness_over(shape, index) } else { 0.0 },
                 }));
             }
         }
@@ -311,21 +323,30 @@ impl Builder {
             *self.statistics.lights.entry(light.kind().to_owned()).or_default() += 1;
         }
         self.statistics.texture_bytes = self.textures.images.bytes() as u64;
-        self.into_world(context, accelerator)
+        self.into_world(context, accelerator, choice)
     }
 
-    fn into_world(self, context: &mut Context<'_>, accelerator: Accelerator) -> Option<World> {
+    fn into_world(
+        self,
+        context: &mut Context<'_>,
+        accelerator: Accelerator,
+        (light_sampler, mis_compensation): (LightSampler, bool),
+    ) -> Option<World> {
         let (center, radius) = accelerator.bounding_sphere();
         let emitted = EmittedSpectrum::default();
-        let light_context = LightContext { accelerator: &accelerator, emissions: &self.emissions, emitted: &emitted };
-        let powers: Vec<f64> = self.lights.iter().map(|light| light.power(light_context, radius)).collect();
-        if powers.iter().all(|p| *p == 0.0) {
+        let light_context = LightContext {
+            accelerator: &accelerator,
+            emissions: &self.emissions,
+            emitted: &emitted,
+            combination: Combination::Alone,
+        };
+        if self.lights.iter().all(|light| light.power(light_context, radius) == 0.0) {
             context.diagnostics.push(
                 Diagnostic::warning(None, "nothing in the scene gives light: the picture will be black")
                     .with_help("add a `LightSource` or an `AreaLightSource`"),
             );
         }
-        let selection = match LightSelection::by_power(&powers) {
+        let selection = match LightSelection::new(light_sampler, &self.lights, light_context, radius) {
             Ok(selection) => selection,
             Err(error) => {
                 context.diagnostics.error(None, format!("the lights' powers cannot be used: {error}"));
@@ -344,11 +365,19 @@ impl Builder {
             emissions: self.emissions,
             lights: self.lights,
             selection,
+            mis_compensation,
             center,
             radius,
             statistics: self.statistics,
         })
     }
+}
+
+fn report_moving_emitter(context: &mut Context<'_>, shape: &ShapeEntity) {
+    context.diagnostics.push(
+        Diagnostic::error(shape.entity.span, "moving area lights cannot be rendered yet")
+            .with_help("place the shape under `ActiveTransform All`"),
+    );
 }
 
 fn instance_transform(context: &mut Context<'_>, transforms: &TransformSet, span: Span) -> InstanceTransform {

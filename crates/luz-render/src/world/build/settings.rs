@@ -2,9 +2,9 @@
 
 use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
-use crate::film::{Film, FilmKind, Filter, FilterKind, PixelBounds};
+use crate::film::{Film, FilmContents, FilmKind, FilmLayers, Filter, FilterKind, PixelBounds};
 use crate::integrator::{PathIntegrator, Technique};
-use crate::light::ScaledSpectrum;
+use crate::light::{LightSampler, ScaledSpectrum};
 use crate::settings::{Crop, Overrides, Settings};
 use crate::sphere_map::SphereMap;
 use glam::Vec2;
@@ -12,6 +12,7 @@ use luz_color::{Sensor, Spectrum, spectrum_to_photometric};
 use luz_geometry::AnimatedTransform;
 use luz_sample::SamplerKind;
 use luz_sample::mis::Heuristic;
+use luz_sample::roulette::Roulette;
 use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
@@ -43,9 +44,14 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
-    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(kind, bounds) {
+    let contents = FilmContents {
+        layers: FilmLayers { features: kind == FilmKind::GBuffer, techniques: overrides.technique_images },
+        halves: overrides.adaptive.is_some(),
+        signed: false,
+    };
+    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(contents, bounds) {
         let (width, height) = (bounds.width(), bounds.height());
-        let gigabytes = Film::bytes(kind, bounds) as f64 / 1e9;
+        let gigabytes = Film::bytes(contents, bounds) as f64 / 1e9;
         context.diagnostics.push(
             Diagnostic::error(
                 film.span,
@@ -63,6 +69,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         resolution,
         bounds,
         film: kind,
+        technique_images: overrides.technique_images,
         filter: overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter)),
         sensor,
         color_space: spectra::color_space(film.color_space),
@@ -71,6 +78,8 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         integrator: integrator(context, &description.integrator, overrides),
         sampler: sampler_kind,
         samples_per_pixel,
+        sample_limit: overrides.sample_limit.unwrap_or(samples_per_pixel),
+        adaptive: overrides.adaptive,
         seed: overrides.seed.unwrap_or(seed as u64),
         filename: film.parameters.string("filename", context.diagnostics).map(str::to_owned),
     }
@@ -235,12 +244,42 @@ fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides)
         let span = parameters.span("maxdepth");
         context.diagnostics.error(span, format!("`maxdepth` must not be negative: {max_depth}"));
     }
+    if overrides.heuristic == Some(Heuristic::Optimal) && overrides.technique_images {
+        context.diagnostics.push(
+            Diagnostic::error(None, "optimal weights are no weights of single samples: they have no technique images")
+                .with_help("`--mis balance` or `--mis power` have some"),
+        );
+    }
+    if overrides.roulette == Some(Roulette::Efficiency) {
+        let mut refuse = |what: &str, why: &str| {
+            context.diagnostics.error(None, format!("roulette by efficiency does not go with {what}: {why}"));
+        };
+        if overrides.adaptive.is_some() {
+            refuse("adaptive sampling", "the halves of a pixel would no longer be independent");
+        }
+        if overrides.heuristic == Some(Heuristic::Optimal) {
+            refuse("optimal weights", "they want one sample of each technique");
+        }
+    }
     PathIntegrator {
         max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),
-        heuristic: Heuristic::Power(2.0),
-        technique: Technique::Both,
+        heuristic: overrides.heuristic.unwrap_or(Heuristic::Power(2.0)),
+        technique: overrides.technique.unwrap_or(Technique::Both),
+        roulette: overrides.roulette.unwrap_or_default(),
         regularize: parameters.one_bool("regularize", false, context.diagnostics),
     }
+}
+
+/// How lights are chosen.
+pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) -> LightSampler {
+    let parameters = &context.description.integrator.parameters;
+    let default = LightSampler::default().to_string();
+    let name = parameters.string("lightsampler", context.diagnostics).unwrap_or(&default);
+    let named = name.parse().unwrap_or_else(|error: String| {
+        context.diagnostics.error(parameters.span("lightsampler"), error);
+        LightSampler::default()
+    });
+    overrides.light_sampler.unwrap_or(named)
 }
 
 pub(super) fn camera(context: &mut Context<'_>, description: &Description, resolution: [u32; 2]) -> Camera {

@@ -155,9 +155,16 @@ fn ply_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transfor
 
 fn bilinear_mesh(context: &mut Context<'_>, shape: &ShapeEntity, transform: &Transform) -> Vec<Shape> {
     let parameters = &shape.entity.parameters;
-    if parameters.contains("emissionfilename") {
-        let span = parameters.span("emissionfilename");
-        context.diagnostics.error(span, "emission images of bilinear meshes cannot be rendered yet");
+    if let Some(name) = parameters.string("emissionfilename", context.diagnostics) {
+        // In pbrt-v4 it says by which image points are drawn; here that is the one the light shines with.
+        let light = shape.area_light.map(|light| &context.description.area_lights[light].parameters);
+        let shown = light.and_then(|parameters| parameters.string("filename", context.diagnostics));
+        if shown != Some(name) {
+            context.diagnostics.push(
+                Diagnostic::warning(parameters.span("emissionfilename"), "`emissionfilename` has no effect")
+                    .with_help("points are drawn by the image of the `AreaLightSource` itself, its `filename`"),
+            );
+        }
     }
     let Some(positions) = parameters.points3("P", context.diagnostics) else {
         context.diagnostics.error(shape.entity.span, "`bilinearmesh` needs `\"point3 P\"`");

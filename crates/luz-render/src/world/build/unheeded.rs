@@ -71,9 +71,4 @@ fn parameters(context: &mut Context<'_>) {
         let help = "stratified samples are drawn at random within their strata";
         warn(&description.sampler, "jitter", "samples are jittered all the same", help);
     }
-    let selection = text(&description.integrator, "lightsampler", "power", &mut ignored);
-    if selection != "power" {
-        let help = "the picture is the same, its noise may differ";
-        warn(&description.integrator, "lightsampler", "lights are chosen by power", help);
-    }
 }

@@ -1,8 +1,4 @@
-//! Multiple importance sampling: the weights that combine several sampling techniques into one estimator.
-//!
-//! An integrand `f` is estimated by `Σᵢ 1/nᵢ Σⱼ wᵢ(xᵢⱼ) f(xᵢⱼ) / pᵢ(xᵢⱼ)`, where technique `i` draws `nᵢ` samples of density
-//! `pᵢ`. It is unbiased for weights of sum one wherever `f ≠ 0`. With `qᵢ = nᵢ pᵢ`, the heuristics of Veach 1997 (*Robust
-//! Monte Carlo Methods for Light Transport Simulation*, section 9.2.2) are the variants of [`Heuristic`].
+//! Weights that follow from the densities at a point.
 
 use std::fmt;
 use std::str::FromStr;
@@ -18,6 +14,13 @@ pub enum Heuristic {
     Cutoff(f32),
     /// All weight to the technique of largest `q` (eq. 9.12); equal ones share it.
     Maximum,
+    /// The same weight, one over their number, to all techniques that can make the point (`qᵢ > 0`), however rarely they do:
+    /// the mean of the techniques' own estimates where all of them cover the whole integrand. It is `Power(0)`, and there to
+    /// be seen failing: the variance is the mean of the techniques' variances, the worst of them included.
+    Average,
+    /// Balanced weights, and [`Optimal`](super::Optimal)'s control variate where an integrator has it. As a weight at a
+    /// point it is the same as `Balance`, with which integrators combine what they keep no such statistics of.
+    Optimal,
 }
 
 impl Default for Heuristic {
@@ -75,7 +78,7 @@ impl Heuristic {
         // An overflow or underflow here gives the weight its limit, 0 or 1.
         let ratio = (n1 / n0) * density;
         match self {
-            Self::Balance => 1.0 / (1.0 + ratio),
+            Self::Balance | Self::Optimal => 1.0 / (1.0 + ratio),
             Self::Power(2.0) => 1.0 / (1.0 + ratio * ratio),
             Self::Power(beta) => 1.0 / (1.0 + ratio.powf(beta)),
             Self::Cutoff(alpha) => {
@@ -96,6 +99,7 @@ impl Heuristic {
                     0.5
                 }
             }
+            Self::Average => 0.5,
         }
     }
 
@@ -103,7 +107,7 @@ impl Heuristic {
     #[inline]
     fn term(self, relative: f32) -> f32 {
         match self {
-            Self::Balance => relative,
+            Self::Balance | Self::Optimal => relative,
             Self::Power(2.0) => relative * relative,
             Self::Power(beta) => relative.powf(beta),
             Self::Cutoff(alpha) => {
@@ -120,6 +124,7 @@ impl Heuristic {
                     1.0
                 }
             }
+            Self::Average => 1.0,
         }
     }
 }
@@ -131,6 +136,8 @@ impl fmt::Display for Heuristic {
             Self::Power(beta) => write!(f, "power:{beta}"),
             Self::Cutoff(alpha) => write!(f, "cutoff:{alpha}"),
             Self::Maximum => f.write_str("maximum"),
+            Self::Average => f.write_str("average"),
+            Self::Optimal => f.write_str("optimal"),
         }
     }
 }
@@ -146,7 +153,7 @@ impl fmt::Display for ParseHeuristicError {
         write!(
             f,
             "`{}` is no heuristic: expected `balance`, `power`, `power:BETA` (BETA ≥ 0), `cutoff`, `cutoff:ALPHA` (ALPHA from \
-             0 to 1), or `maximum`",
+             0 to 1), `maximum`, `average`, or `optimal`",
             self.text
         )
     }
@@ -157,7 +164,8 @@ impl std::error::Error for ParseHeuristicError {}
 impl FromStr for Heuristic {
     type Err = ParseHeuristicError;
 
-    /// Reads `balance`, `power` (β = 2), `power:BETA`, `cutoff` (α = 0.1, Veach's choice), `cutoff:ALPHA`, or `maximum`.
+    /// Reads `balance`, `power` (β = 2), `power:BETA`, `cutoff` (α = 0.1, Veach's choice), `cutoff:ALPHA`,
+    /// `maximum`, `average`, or `optimal`.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let error = || ParseHeuristicError { text: text.to_owned() };
         let (name, parameter) = match text.split_once(':') {
@@ -167,6 +175,8 @@ impl FromStr for Heuristic {
         match (name, parameter) {
             ("balance", None) => Ok(Self::Balance),
             ("maximum", None) => Ok(Self::Maximum),
+            ("average", None) => Ok(Self::Average),
+            ("optimal", None) => Ok(Self::Optimal),
             ("power", None) => Ok(Self::Power(2.0)),
             ("power", Some(beta)) if beta.is_finite() && beta >= 0.0 => Ok(Self::Power(beta)),
             ("cutoff", None) => Ok(Self::Cutoff(0.1)),
@@ -183,7 +193,7 @@ mod tests {
 
     use super::*;
 
-    const HEURISTICS: [Heuristic; 9] = [
+    const HEURISTICS: [Heuristic; 11] = [
         Heuristic::Balance,
         Heuristic::Power(2.0),
         Heuristic::Power(1.0),
@@ -193,6 +203,8 @@ mod tests {
         Heuristic::Cutoff(0.1),
         Heuristic::Cutoff(1.0),
         Heuristic::Maximum,
+        Heuristic::Average,
+        Heuristic::Optimal,
     ];
 
     fn count() -> impl Strategy<Value = f32> {
@@ -258,12 +270,26 @@ mod tests {
         near(Heuristic::Power(2.0).weight2(1.0, 1e30, 1.0, 1e30), 0.5);
         near(Heuristic::Power(2.0).weight2(1.0, 1e-30, 1.0, 1e-30), 0.5);
         near(Heuristic::Balance.weight(7, &techniques), 0.0);
+        near(Heuristic::Average.weight(0, &techniques), 1.0 / 3.0);
+        near(Heuristic::Average.weight(0, &[(1.0, 1e-30), (9.0, 0.0), (0.0, 1.0), (1.0, 1e30)]), 0.5);
+        near(Heuristic::Optimal.weight(1, &techniques), 4.0 / 5.3);
     }
 
     #[test]
     fn other_names_are_errors() {
-        for text in ["", "Balance", "power:", "power:-1", "power:nan", "power:inf", "cutoff:1.1", "balance:1", "veach"]
-        {
+        for text in [
+            "",
+            "Balance",
+            "power:",
+            "power:-1",
+            "power:nan",
+            "power:inf",
+            "cutoff:1.1",
+            "balance:1",
+            "veach",
+            "average:2",
+            "optimal:",
+        ] {
             assert!(text.parse::<Heuristic>().is_err(), "{text}");
         }
         assert_eq!("power".parse(), Ok(Heuristic::Power(2.0)));

@@ -1,16 +1,20 @@
 //! Lights out of a scene's descriptions of them.
 
+mod area;
+mod infinite;
+
+pub(super) use area::{PowerFactor, area_emission};
+
 use super::images::{Images, color_channels, image_color_space};
 use super::{Context, spectra, unsupported};
 use crate::light::{
-    DistantLight, Emission, ImageInfiniteLight, Light, PointLight, ScaledSpectrum, SpotLight, UniformInfiniteLight,
+    DistantLight, GoniometricLight, Light, PointLight, ProjectionLight, ScaledSpectrum, SpotLight, Throw,
 };
-use crate::sphere_map::SphereMap;
-use crate::texture::{SpectrumKind, TexelFilter};
+use crate::texture::SpectrumKind;
 use glam::Vec3;
 use luz_color::{RgbColorSpace, Spectrum, spectrum_to_photometric};
 use luz_geometry::Transform;
-use luz_image::{Image, WrapMode};
+use luz_image::Image;
 use luz_scene::{Diagnostic, Entity, LightEntity};
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -52,7 +56,9 @@ pub(super) fn light(context: &mut Context<'_>, images: &mut Images, light: &Ligh
         "point" => Some(point(context, entity, &world_from_light, scale)),
         "spot" => Some(spot(context, entity, &world_from_light, scale)),
         "distant" => Some(distant(context, entity, &world_from_light, scale)),
-        "infinite" => infinite(context, images, entity, world_from_light, scale),
+        "goniometric" => goniometric(context, images, entity, world_from_light, scale),
+        "projection" => projection(context, images, entity, world_from_light, scale),
+        "infinite" => infinite::infinite(context, images, entity, world_from_light, scale),
         _ => {
             unsupported(context, entity, "light");
             None
@@ -109,7 +115,50 @@ fn distant(context: &mut Context<'_>, entity: &Entity, world_from_light: &Transf
     Light::Distant(DistantLight { towards, irradiance: emission(&spectrum, scale) })
 }
 
-fn infinite(
+fn goniometric(
+    context: &mut Context<'_>,
+    images: &mut Images,
+    entity: &Entity,
+    world_from_light: Transform,
+    mut scale: f32,
+) -> Option<Light> {
+    let spectrum = radiating(context, entity, "I");
+    let parameters = &entity.parameters;
+    let (size, texels) = match parameters.string("filename", context.diagnostics) {
+        Some(name) => {
+            let span = parameters.span("filename");
+            let image = images.image(&context.description.resolve(name), None, span, context.diagnostics)?;
+            let (width, height) = (image.width(), image.height());
+            if width != height {
+                context.diagnostics.push(
+                    Diagnostic::error(
+                        span,
+                        format!("the image of a goniometric light is square, not {width}×{height}"),
+                    )
+                    .with_help("it is an equal-area octahedral map of all directions"),
+                );
+                return None;
+            }
+            let mean = |rgb: [f32; 3]| (rgb[0] + rgb[1] + rgb[2]) / 3.0;
+            (width, light_texels(context, &image, span).into_iter().map(mean).collect())
+        }
+        None => {
+            context.diagnostics.push(
+                Diagnostic::warning(entity.kind_span, "a goniometric light without an image shines evenly")
+                    .with_help("`\"string filename\"` names the image of its intensities"),
+            );
+            (1, vec![1.0f32])
+        }
+    };
+    if let Some(power) = photometric(context, entity, "power") {
+        let mean = texels.iter().map(|&v| f64::from(v)).sum::<f64>() / texels.len() as f64;
+        scale *= if mean > 0.0 { power / (4.0 * PI * mean as f32) } else { 0.0 };
+    }
+    let light = GoniometricLight::new(world_from_light, emission(&spectrum, scale), size, texels);
+    Some(Light::Goniometric(Box::new(light)))
+}
+
+fn projection(
     context: &mut Context<'_>,
     images: &mut Images,
     entity: &Entity,
@@ -117,61 +166,36 @@ fn infinite(
     mut scale: f32,
 ) -> Option<Light> {
     let parameters = &entity.parameters;
-    if parameters.contains("portal") {
-        let span = parameters.span("portal");
-        context.diagnostics.error(span, "portals cannot be rendered yet");
-        return None;
-    }
-    let illuminance = photometric(context, entity, "illuminance");
-    let Some(name) = parameters.string("filename", context.diagnostics) else {
-        let spectrum = radiating(context, entity, "L");
-        if let Some(illuminance) = illuminance {
-            scale *= illuminance / PI;
-        }
-        return Some(Light::UniformInfinite(UniformInfiniteLight { radiance: emission(&spectrum, scale) }));
-    };
     let span = parameters.span("filename");
-    if parameters.contains("L") {
-        context.diagnostics.error(parameters.span("L"), "an infinite light has either `L` or an image, not both");
-    }
-    let path = context.description.resolve(name);
-    let image = images.image(&path, None, span, context.diagnostics)?;
-    let (width, height) = (image.width(), image.height());
-    let map = if width == height {
-        SphereMap::EqualArea
-    } else if width == 2 * height {
-        SphereMap::LatitudeLongitude
-    } else {
-        context.diagnostics.push(
-            Diagnostic::error(
-                span,
-                format!("an environment map of {width}×{height} pixels is neither kind that is known"),
-            )
-            .with_help(
-                "square images are equal-area octahedral maps, images twice as wide as high latitude–longitude maps",
-            ),
+    let field_of_view = parameters.one_float("fov", 90.0, context.diagnostics);
+    if !(field_of_view > 0.0 && field_of_view < 180.0) {
+        context.diagnostics.error(
+            parameters.span("fov"),
+            format!("a field of view lies within 0 and 180 degrees, exclusively, not {field_of_view}"),
         );
         return None;
-    };
-    let texels = environment_texels(context, &image, span);
+    }
+    let name = parameters.string("filename", context.diagnostics)?;
+    let image = images.image(&context.description.resolve(name), None, span, context.diagnostics)?;
+    let size @ [width, height] = [image.width(), image.height()];
+    let texels = light_texels(context, &image, span);
     let space = image_color_space(&image);
     space.sigmoid_table();
     scale /= spectrum_to_photometric(&illuminant(space));
-    if let Some(wanted) = illuminance {
-        let found = upper_illuminance(map, [width, height], &texels, space);
-        scale *= if found > 0.0 { wanted / found } else { 1.0 };
+    if let Some(power) = photometric(context, entity, "power") {
+        let throw = Throw::new(field_of_view, width as f32 / height as f32);
+        let emitted = texels.iter().enumerate().map(|(i, rgb)| {
+            f64::from(space.luminance(*rgb)) * f64::from(throw.solid_angle([i % width, i / width], size))
+        });
+        let emitted = emitted.sum::<f64>() as f32;
+        scale *= if emitted > 0.0 { power / emitted } else { 0.0 };
     }
-    match ImageInfiniteLight::new(map, [width, height], texels, space, scale, world_from_light) {
-        Ok(light) => Some(Light::ImageInfinite(Box::new(light))),
-        Err(error) => {
-            context.diagnostics.error(span, format!("`{name}` cannot light the scene: {error}"));
-            None
-        }
-    }
+    let light = ProjectionLight::new(world_from_light, field_of_view, size, texels, space, scale);
+    Some(Light::Projection(Box::new(light)))
 }
 
-/// The texels of an environment map, negative and non-finite ones set to zero and counted.
-fn environment_texels(context: &mut Context<'_>, image: &Image, span: Option<luz_scene::Span>) -> Vec<[f32; 3]> {
+/// The texels of a light's image, negative and non-finite ones set to zero and counted.
+fn light_texels(context: &mut Context<'_>, image: &Image, span: Option<luz_scene::Span>) -> Vec<[f32; 3]> {
     let channels = color_channels(image);
     let (mut negative, mut broken) = (0usize, 0usize);
     let texels = image
@@ -191,72 +215,4 @@ fn environment_texels(context: &mut Context<'_>, image: &Image, span: Option<luz
         context.diagnostics.warning(span, format!("{broken} texels are not finite; they count as zero there"));
     }
     texels
-}
-
-/// The illuminance of a plane that looks up, in units of the map's white.
-fn upper_illuminance(map: SphereMap, [width, height]: [usize; 2], texels: &[[f32; 3]], space: &RgbColorSpace) -> f32 {
-    let mut sum = 0.0f64;
-    for (i, rgb) in texels.iter().enumerate() {
-        let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
-        let direction = map.direction(glam::Vec2::new(x / width as f32, y / height as f32));
-        if direction.z <= 0.0 {
-            continue;
-        }
-        let solid_angle = match map {
-            SphereMap::EqualArea => 4.0 * PI / (width * height) as f32,
-            SphereMap::LatitudeLongitude => {
-                let sin_theta = (1.0 - direction.z * direction.z).max(0.0).sqrt();
-                2.0 * PI * PI * sin_theta / (width * height) as f32
-            }
-        };
-        sum += f64::from(space.luminance(*rgb) * direction.z * solid_angle);
-    }
-    sum as f32
-}
-
-/// The emission of an area light, without the factor of `power`, which depends on the primitive's area.
-pub(super) fn area_emission(context: &mut Context<'_>, images: &mut Images, entity: &Entity) -> Option<Emission> {
-    if &*entity.kind != "diffuse" {
-        unsupported(context, entity, "area light");
-        return None;
-    }
-    let parameters = &entity.parameters;
-    let scale = parameters.one_float("scale", 1.0, context.diagnostics);
-    if scale < 0.0 {
-        context
-            .diagnostics
-            .error(parameters.span("scale"), format!("the scale of a light must not be negative: {scale}"));
-    }
-    let two_sided = parameters.one_bool("twosided", false, context.diagnostics);
-    let Some(name) = parameters.string("filename", context.diagnostics) else {
-        let spectrum = radiating(context, entity, "L");
-        return Some(Emission { radiance: emission(&spectrum, scale), image: None, two_sided });
-    };
-    if parameters.contains("L") {
-        context.diagnostics.error(parameters.span("L"), "an area light has either `L` or an image, not both");
-    }
-    let path = context.description.resolve(name);
-    let image = images.colors(
-        &path,
-        None,
-        (WrapMode::Clamp, TexelFilter::Point),
-        SpectrumKind::Illuminant,
-        parameters.span("filename"),
-        context.diagnostics,
-    )?;
-    let white = illuminant(image.color_space);
-    Some(Emission { radiance: emission(&white, scale), image: Some(image), two_sided })
-}
-
-/// The factor by which `power` (in lumens, if given) scales a primitive of this area that emits `emission`.
-pub(super) fn power_factor(context: &mut Context<'_>, entity: &Entity, emission: &Emission, area: f32) -> f32 {
-    let Some(power) = photometric(context, entity, "power") else { return 1.0 };
-    let sides = if emission.two_sided { 2.0 } else { 1.0 };
-    let brightness = emission.image.as_ref().map_or(1.0, |image| {
-        // Luminance of the image's mean colour.
-        let mean = image.pyramid.mean();
-        image.color_space.luminance(mean)
-    });
-    let emitted = sides * PI * area * brightness;
-    if emitted > 0.0 { power / emitted } else { 0.0 }
 }

@@ -1,0 +1,204 @@
+//! A render, or a part of it, at rest: all that is needed to go on with it, or to put it together with others.
+
+use super::adaptive::SampleLimits;
+use super::incident::Incidents;
+use super::optimal::OptimalDirect;
+use super::shard::Shard;
+use super::{RenderCost, Renderer};
+use crate::film::{Film, FilmContents, PixelBounds};
+use crate::integrator::efficiency::{EfficiencyGuide, PixelRecord, SavedGuide};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// What is known of a part beside its pixels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartHeader {
+    /// Which part of the frame it is.
+    pub shard: Shard,
+    /// Rounds done: samples per pixel, or per half of each pixel.
+    pub rounds_done: u32,
+    /// Is it done?
+    pub is_finished: bool,
+    /// What it has cost.
+    pub cost: RenderCost,
+    /// Samples that went wrong.
+    pub incidents: Incidents,
+    limits: SampleLimits,
+    /// Lengths of the sections of its data, in bytes.
+    sections: [u64; Section::COUNT],
+}
+
+/// The sections of a part's data, in their order. Numbers are little-endian.
+#[derive(Clone, Copy)]
+enum Section {
+    /// Sums of pixels, signed sums, layers: the film's, for the shard's pixels in the order of the film.
+    Film,
+    /// The limits that adaptive sampling has decided on.
+    Limits,
+    /// What pixels have learned of their direct light.
+    Optimal,
+    /// What roulette by efficiency knows of pixels.
+    Records,
+    /// What roulette by efficiency knows of the scene.
+    Guide,
+}
+
+impl Section {
+    const COUNT: usize = 5;
+}
+
+/// A render, or a part of it, at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// What is known of it beside its pixels.
+    pub header: PartHeader,
+    /// Its pixels, and what has been learned.
+    pub data: Vec<u8>,
+}
+
+/// Data that do not fit what they are said to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("its data do not fit its header")]
+pub struct PartError;
+
+impl PartHeader {
+    /// How many bytes of data belong to it; `None` if there cannot be so many.
+    pub fn data_length(&self) -> Option<u64> {
+        self.sections.iter().try_fold(0u64, |sum, &length| sum.checked_add(length))
+    }
+
+    fn section(&self, section: Section) -> Option<Range<usize>> {
+        let start: u64 = self.sections[..section as usize].iter().sum();
+        let end = start.checked_add(self.sections[section as usize])?;
+        Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?)
+    }
+}
+
+impl Part {
+    fn section(&self, section: Section) -> Result<&[u8], PartError> {
+        self.header.section(section).and_then(|range| self.data.get(range)).ok_or(PartError)
+    }
+
+    /// Copies the pixels into a film of the whole frame.
+    ///
+    /// # Errors
+    /// If they are not the pixels of such a film.
+    pub fn fill(&self, film: &mut Film) -> Result<(), PartError> {
+        let runs = self.header.shard.runs(film.bounds());
+        film.read_runs(&runs, self.section(Section::Film)?).ok_or(PartError)
+    }
+
+    /// The film of a frame, as far as the parts have it.
+    ///
+    /// # Errors
+    /// If they are not parts of such a frame.
+    pub fn assemble(parts: &[Self], contents: FilmContents, bounds: PixelBounds) -> Result<Film, PartError> {
+        let mut film = Film::new(contents, bounds);
+        parts.iter().try_for_each(|part| part.fill(&mut film))?;
+        Ok(film)
+    }
+}
+
+impl Renderer<'_> {
+    /// The render as it is after the last pass.
+    pub fn part(&self) -> Part {
+        let runs = self.shard.runs(self.film.bounds());
+        let mut data = Vec::new();
+        let mut sections = [0; Section::COUNT];
+        let mut end_section = |section: Section, data: &Vec<u8>| {
+            let before: u64 = sections.iter().sum();
+            sections[section as usize] = data.len() as u64 - before;
+        };
+        self.film.write_runs(&runs, &mut data);
+        end_section(Section::Film, &data);
+        let (limits, decided) = self.limits.saved();
+        data.extend_from_slice(bytemuck::cast_slice(decided));
+        end_section(Section::Limits, &data);
+        let halves = self.samplers.len();
+        if !self.optimal.is_empty() {
+            for run in &runs {
+                write_values(&self.optimal[run.start * halves..run.end * halves], &mut data);
+            }
+        }
+        end_section(Section::Optimal, &data);
+        data.extend_from_slice(bytemuck::cast_slice(&self.pixel_records));
+        end_section(Section::Records, &data);
+        if let Some(guide) = &self.guide {
+            write_values(&[guide.save()], &mut data);
+        }
+        end_section(Section::Guide, &data);
+        let header = PartHeader {
+            shard: self.shard,
+            rounds_done: self.rounds_done,
+            is_finished: self.is_finished(),
+            cost: self.cost,
+            incidents: self.incidents.clone(),
+            limits,
+            sections,
+        };
+        Part { header, data }
+    }
+
+    /// Goes on from where a part was left. The render must be of the same scene and settings, and none of its passes done.
+    ///
+    /// # Errors
+    /// If the part is none of such a render.
+    pub fn restore(&mut self, part: &Part) -> Result<(), PartError> {
+        let PartHeader { shard, rounds_done, cost, incidents, limits, .. } = part.header.clone();
+        let runs = shard.runs(self.film.bounds());
+        let mut film = Film::new(self.film.contents(), self.film.bounds());
+        film.read_runs(&runs, part.section(Section::Film)?).ok_or(PartError)?;
+        let decided = part.section(Section::Limits)?;
+        let limits = self.limits.restored(limits, decided, film.bounds().area()).ok_or(PartError)?;
+        let mut optimal = self.optimal.clone();
+        let mut values = part.section(Section::Optimal)?;
+        if !optimal.is_empty() {
+            let halves = self.samplers.len();
+            for run in &runs {
+                for estimator in &mut optimal[run.start * halves..run.end * halves] {
+                    *estimator = read_value::<OptimalDirect>(&mut values).ok_or(PartError)?;
+                }
+            }
+        }
+        let records = part.section(Section::Records)?;
+        let mut pixel_records = self.pixel_records.clone();
+        if records.len() != size_of_val(&*pixel_records) || !values.is_empty() {
+            return Err(PartError);
+        }
+        bytemuck::cast_slice_mut::<PixelRecord, u8>(&mut pixel_records).copy_from_slice(records);
+        let mut saved = part.section(Section::Guide)?;
+        let guide = match &self.guide {
+            Some(_) => {
+                let saved = read_value::<SavedGuide>(&mut saved).ok_or(PartError)?;
+                Some(EfficiencyGuide::restore(saved).ok_or(PartError)?)
+            }
+            None => None,
+        };
+        if !saved.is_empty() {
+            return Err(PartError);
+        }
+        (self.film, self.limits, self.optimal, self.guide) = (film, limits, optimal, guide);
+        (self.pixel_records, self.rounds_done, self.cost, self.incidents) =
+            (pixel_records, rounds_done, cost, incidents);
+        self.set_shard(shard);
+        Ok(())
+    }
+}
+
+/// Values of a type, one after the other, each behind its length.
+fn write_values<T: Serialize>(values: &[T], out: &mut Vec<u8>) {
+    for value in values {
+        // Numbers, arrays and structures of them always have such a form.
+        let bytes = postcard::to_allocvec(value).unwrap_or_default();
+        out.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
+        out.extend_from_slice(&bytes);
+    }
+}
+
+fn read_value<'a, T: Deserialize<'a>>(bytes: &mut &'a [u8]) -> Option<T> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (value, rest) = rest.split_at_checked(length)?;
+    *bytes = rest;
+    postcard::from_bytes(value).ok()
+}

@@ -1,0 +1,172 @@
+//! One sample of one pixel.
+
+use super::RenderCost;
+use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
+use crate::camera::Camera;
+use crate::film::{Features, FilmContents, FilmRow, LayerSample, TechniqueShares};
+use crate::integrator::efficiency::Ledger;
+use crate::integrator::{FoundBy, PathCost, PathEvent, PathObserver, PathTracer, Technique, Unwatched, Vertex};
+use crate::light::Combination;
+use crate::settings::Settings;
+use crate::world::World;
+use glam::Vec2;
+use luz_color::{SampledSpectrum, Wavelengths};
+use luz_sample::{Sampler, Samples};
+
+/// Draws samples of pixels.
+pub(super) struct PixelSampler<'a> {
+    tracer: PathTracer<'a>,
+    settings: &'a Settings,
+    samplers: &'a [Sampler],
+    contents: FilmContents,
+}
+
+impl<'a> PixelSampler<'a> {
+    pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings, samplers: &'a [Sampler]) -> Self {
+        // Pictures of light sampling alone need lights drawn as if they were alone.
+        let is_combined = settings.integrator.technique == Technique::Both && !settings.technique_images;
+        let combination = if is_combined { Combination::WithBsdf } else { Combination::Alone };
+        let tracer = PathTracer { settings: &settings.integrator, world, camera, combination };
+        Self { tracer, settings, samplers, contents: settings.film_contents() }
+    }
+
+    /// How many halves pixels have: one or two.
+    pub fn halves(&self) -> usize {
+        self.samplers.len()
+    }
+
+    /// Adds sample `index` of a half of `pixel`, a place in the frame, to `column` of a row. Returns whether it is finite.
+    pub fn sample(
+        &self,
+        pixel: [u32; 2],
+        half: usize,
+        index: u32,
+        row: &mut FilmRow<'_>,
+        column: usize,
+        optimal: Option<&mut OptimalDirect>,
+        ledger: Option<Ledger<'_>>,
+        cost: &mut RenderCost,
+    ) -> bool {
+        let settings = self.settings;
+        let mut samples = self.samplers[half].samples(pixel, index);
+        let mut wavelengths = Wavelengths::sample_visible(samples.next_1d());
+        let filtered = settings.filter.sample(samples.next_2d());
+        let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
+        let lens_u = samples.next_2d();
+        let time_u = samples.next_1d();
+        let PathTracer { world, camera, .. } = self.tracer;
+        let ray = camera.ray(film, lens_u, time_u);
+        let differentials = world.has_varying_textures().then(|| camera.differentials(film, lens_u, time_u));
+        let differentials = differentials.as_ref();
+
+        let mut path_cost = PathCost::default();
+        let mut direct = [0.0; 3];
+        let radiance = if self.contents.layers.is_empty() && optimal.is_none() {
+            let observer = &mut Unwatched;
+            self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, ledger, &mut path_cost)
+        } else {
+            let mut observer = SampleObserver::new(settings, self.contents, optimal.is_some());
+            let observed = &mut observer;
+            let radiance = self.tracer.radiance(
+                ray,
+                differentials,
+                &mut wavelengths,
+                &mut samples,
+                observed,
+                ledger,
+                &mut path_cost,
+            );
+            if !self.contents.layers.is_empty() {
+                row.add_layers(column, &observer.layers(&wavelengths), filtered.sign);
+            }
+            if let (Some(attempts), Some(optimal)) = (observer.attempts, optimal) {
+                direct = attempts.end_round(optimal, |f| settings.sensor.to_output_rgb(f, &wavelengths));
+            }
+            radiance
+        };
+        cost.paths += 1;
+        cost.rays += u64::from(path_cost.rays);
+        cost.shadow_rays += u64::from(path_cost.shadow_rays);
+
+        let mut rgb = settings.sensor.to_output_rgb(radiance, &wavelengths);
+        rgb.iter_mut().zip(direct).for_each(|(sum, direct)| *sum += direct);
+        let largest = rgb.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        if largest > settings.max_component {
+            rgb = rgb.map(|v| v * (settings.max_component / largest));
+        }
+        row.add(column, half, rgb, filtered.sign)
+    }
+}
+
+/// Takes down what a film and its pixels want to know of a path.
+struct SampleObserver<'a> {
+    settings: &'a Settings,
+    contents: FilmContents,
+    features: Option<Features>,
+    /// Spectra of the techniques' shares, weighted and alone.
+    shares: [[SampledSpectrum; 2]; 2],
+    attempts: Option<DirectAttempts>,
+}
+
+impl<'a> SampleObserver<'a> {
+    fn new(settings: &'a Settings, contents: FilmContents, takes_direct: bool) -> Self {
+        let attempts = takes_direct.then(DirectAttempts::default);
+        Self { settings, contents, features: None, shares: [[SampledSpectrum::ZERO; 2]; 2], attempts }
+    }
+
+    fn layers(&self, wavelengths: &Wavelengths) -> LayerSample {
+        let rgb = |shares: [SampledSpectrum; 2]| shares.map(|s| self.settings.sensor.to_output_rgb(s, wavelengths));
+        let [weighted, alone] = self.shares.map(rgb);
+        LayerSample { features: self.features.unwrap_or_default(), techniques: TechniqueShares { weighted, alone } }
+    }
+
+    fn see(&self, vertex: &Vertex<'_>, wavelengths: &Wavelengths) -> Features {
+        let Vertex { ray, surface, shading, outgoing, .. } = *vertex;
+        // A reflectance is shown as the colour that it gives white light.
+        let albedo = shading.bsdf.albedo(shading.frame.to_local(outgoing));
+        let white = self.settings.white.sample(wavelengths);
+        Features {
+            albedo: self.settings.sensor.to_output_rgb(albedo * white, wavelengths),
+            normal: surface.geometric_normal.to_array(),
+            shading_normal: shading.frame.n.to_array(),
+            position: surface.position.to_array(),
+            depth: surface.position.distance(ray.origin),
+        }
+    }
+}
+
+impl PathObserver for SampleObserver<'_> {
+    #[inline]
+    fn wants_vertex(&self) -> bool {
+        self.contents.layers.features && self.features.is_none()
+    }
+
+    #[inline]
+    fn observe(&mut self, event: PathEvent<'_>, wavelengths: &Wavelengths) {
+        match event {
+            PathEvent::Vertex(vertex) => {
+                if self.wants_vertex() {
+                    self.features = Some(self.see(&vertex, wavelengths));
+                }
+                if let Some(attempts) = &mut self.attempts
+                    && vertex.depth == 0
+                {
+                    attempts.meet(&vertex);
+                }
+            }
+            PathEvent::Light(light) if self.contents.layers.techniques => {
+                let technique = technique_index(light.found_by);
+                self.shares[0][technique] += light.alone * light.weight;
+                self.shares[1][technique] += light.alone;
+            }
+            _ => {}
+        }
+    }
+
+    #[inline]
+    fn take_direct(&mut self, found_by: FoundBy, f: SampledSpectrum, light_pdf: f32, bsdf_pdf: f32) -> bool {
+        let Some(attempts) = &mut self.attempts else { return false };
+        attempts.add(found_by, f, light_pdf, bsdf_pdf);
+        true
+    }
+}
