@@ -1,11 +1,11 @@
 //! The command line's grammar.
 
 use super::exit::EXIT_CODES;
+use super::study::StudyArguments;
 use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
-use super::study::StudyArguments;
 use super::values::{
     CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
     SimdName, Threshold, ToneMapName,
@@ -30,8 +30,8 @@ Examples:
   luz render scenes/cornell-box.pbrt
   luz info scenes/cornell-box.pbrt
   luz compare cornell-box.exr reference.exr -o error.png
-  luz filter photo.jpg -o smooth.png --sigma-spatial 8 --sigma-range 0.1
   luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol --time 10s
+  luz filter photo.jpg -o smooth.png --sigma-spatial 8 --sigma-range 0.1
 
 ";
 
@@ -56,6 +56,9 @@ pub enum Command {
     /// Compare an image with a reference
     #[command(after_help = COMPARE_HELP)]
     Compare(CompareArguments),
+    /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
+    #[command(after_help = super::study::help())]
+    Study(StudyArguments),
     /// Smooth an image or a video but keep its edges: the bilateral filter
     #[command(after_help = FILTER_HELP)]
     Filter(FilterArguments),
@@ -68,9 +71,6 @@ pub enum Command {
     /// Take noise out of a rendering, a photograph or a video
     #[command(after_help = DENOISE_HELP)]
     Denoise(DenoiseArguments),
-    /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
-    #[command(after_help = super::study::help())]
-    Study(StudyArguments),
     /// Print a completion script for a shell
     #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
         luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]

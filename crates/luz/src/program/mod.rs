@@ -33,11 +33,11 @@ pub fn run() -> Exit {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Study(arguments) => study::run(&arguments),
         Command::Filter(arguments) => filtering::filter(&arguments),
         Command::Tonemap(arguments) => filtering::tonemap(&arguments),
         Command::Enhance(arguments) => filtering::enhance(&arguments),
         Command::Denoise(arguments) => filtering::denoise(&arguments),
-        Command::Study(arguments) => study::run(&arguments),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);
