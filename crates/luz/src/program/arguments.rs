@@ -1,11 +1,11 @@
 //! The command line's grammar.
 
 use super::exit::EXIT_CODES;
-use super::study::StudyArguments;
 use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::study::StudyArguments;
 use super::values::{
     CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
     SimdName, Threshold, ToneMapName,

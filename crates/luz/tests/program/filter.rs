@@ -302,3 +302,22 @@ fn the_help_is_a_short_manual() {
     }
     assert!(help.lines().count() < 200);
 }
+
+#[test]
+fn a_study_of_the_filter_is_one_page() {
+    let folder = Folder::new();
+    write(&folder, "a.png", &picture(60, 44));
+    let options = "-s 2 --seeds 2 --samples k,2k --strategies random,vogel";
+    let said = folder.run(&format!("study filter a.png {options} --kernel-at 30,20 -o s.html")).ends_with(0);
+    assert!(said.stdout.contains("wrote s.html"), "{}", said.stdout);
+    let html = std::fs::read_to_string(folder.path().join("s.html")).unwrap();
+    for part in ["(30, 20)", "random", "vogel", "data:image/png;base64,", "<svg", "PSNR"] {
+        assert!(html.contains(part), "`{part}` is not in the page");
+    }
+    folder.run(&format!("study filter a.png {options} --kernel-at 60,0 -o t.html")).ends_with(2).complains(&["60×44"]);
+    folder.run("study filter a.png --samples 7 -o t.html").ends_with(2);
+    folder.run("study filter none.png other.png -o t.html").ends_with(5).complains(&["none.png", "other.png"]);
+    folder.run("study filter a.png -s 2 -o no/t.html").ends_with(4);
+    folder.run("study filter").ends_with(2);
+    assert_eq!(folder.files(), ["a.png", "s.html"]);
+}

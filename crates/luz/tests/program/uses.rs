@@ -59,9 +59,9 @@ fn a_rendering_is_denoised_by_its_features() {
     let folder = Folder::new();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/cornell-box.pbrt");
     let render =
-        |arguments: &str| folder.run(&format!("render {scene} --resolution 64x64 -q {arguments}")).ends_with(0);
+        |arguments: &str| folder.run(&format!("render {scene} --resolution 96x96 -q {arguments}")).ends_with(0);
     render("--film gbuffer --spp 16 --sampler independent -o noisy.exr");
-    render("--spp 256 --seed 3 -o truth.exr");
+    render("--spp 144 --seed 3 -o truth.exr");
     folder.run("denoise noisy.exr -o clean.exr --report a.json").ends_with(0);
     let error = |name: &str| {
         let color = |name: &str| folder.image(name).select(&["R", "G", "B"]).unwrap();

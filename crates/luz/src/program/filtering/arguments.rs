@@ -230,7 +230,7 @@ pub struct DenoiseArguments {
     /// How far values may differ, relative to their noise, to be averaged: more is smoother
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub strength: f32,
-    /// Width of the spatial Gaussian in pixels [default: 6 for renderings, 2 for images, 1.2 for videos]
+    /// Width of the spatial Gaussian in pixels [default: 4 for renderings, 2 for images, 1.2 for videos]
     #[arg(short = 's', long, value_name = "S", value_parser = positive)]
     pub sigma_spatial: Option<f32>,
     /// Width of the Gaussian over the frames of a video
