@@ -9,6 +9,7 @@
 pub mod description;
 pub mod diagnostic;
 pub mod file;
+mod files;
 pub mod mesh;
 pub mod parameter;
 pub mod parameters;

@@ -43,6 +43,7 @@ pub use luz_render as render;
 pub use luz_sample as sample;
 pub use luz_scene as scene;
 
+pub mod checkpoint;
 mod open;
 pub mod study;
 

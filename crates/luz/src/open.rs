@@ -7,7 +7,7 @@ use luz_render::world::{self, Loaded, World};
 use luz_render::{Overrides, Renderer, Settings};
 use luz_scene::{Description, Diagnostics, SceneErrors, SourceMap};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// How long it took to open a scene, in wall-clock seconds.
@@ -32,6 +32,8 @@ pub struct Scene {
     pub diagnostics: Diagnostics,
     /// The texts that the warnings point into.
     pub sources: SourceMap,
+    /// The files that the scene is made of.
+    pub files: Vec<PathBuf>,
     /// How long all of this took.
     pub times: OpenTimes,
 }
@@ -78,11 +80,12 @@ impl Scene {
         let start = Instant::now();
         let loaded = world::build(&description, overrides, simd, &mut diagnostics);
         let times = OpenTimes { read, build: start.elapsed().as_secs_f64() };
+        let files = description.files();
         // The description holds every mesh once more; only its texts are still needed.
         let sources = description.sources;
         match loaded {
             Some(Loaded { world, camera, settings }) => {
-                Ok(Self { world, camera, settings, diagnostics, sources, times })
+                Ok(Self { world, camera, settings, diagnostics, sources, files, times })
             }
             None => Err(SceneErrors { diagnostics, sources }),
         }

@@ -55,6 +55,19 @@ pub enum Bsdf<'a> {
 }
 
 impl Bsdf<'_> {
+    /// What kind of surface this is, in a word or two.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Diffuse(_) => "diffuse",
+            Self::DiffuseTransmission(_) => "diffuse transmission",
+            Self::Conductor(_) => "conductor",
+            Self::Dielectric(_) => "dielectric",
+            Self::ThinDielectric(_) => "thin dielectric",
+            Self::CoatedDiffuse(_) => "coated diffuse",
+            Self::Layered(_) => "layered",
+        }
+    }
+
     /// True if [`pdf`](Self::pdf) is the density of [`sample`](Self::sample), and not an estimate of it.
     #[inline]
     pub fn has_exact_pdf(&self) -> bool {

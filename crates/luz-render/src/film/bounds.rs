@@ -16,6 +16,11 @@ pub struct PixelBounds {
 }
 
 impl PixelBounds {
+    /// Is this no window of a frame of such a size?
+    pub fn is_absurd(&self, [width, height]: [u32; 2]) -> bool {
+        self.x0 >= self.x1 || self.y0 >= self.y1 || self.x1 > width || self.y1 > height
+    }
+
     /// Columns.
     pub fn width(&self) -> u32 {
         self.x1 - self.x0

@@ -93,6 +93,11 @@ impl Film {
         bounds.area().saturating_mul(contents.pixel_bytes())
     }
 
+    /// The bytes of so many pixels of a film; `None` beyond all memory.
+    pub fn bytes_of(contents: FilmContents, pixels: usize) -> Option<usize> {
+        pixels.checked_mul(contents.pixel_bytes())
+    }
+
     /// Can the memory for a film be had? (It is asked for and given back.)
     pub fn fits_in_memory(contents: FilmContents, bounds: PixelBounds) -> bool {
         Vec::<u8>::new().try_reserve_exact(Self::bytes(contents, bounds)).is_ok()
@@ -169,7 +174,7 @@ impl Film {
     pub(crate) fn read_runs(&mut self, runs: &[Range<usize>], bytes: &[u8]) -> Option<()> {
         let (buffers, layers) = (self.contents.buffers(), self.contents.layers.len());
         let pixels: usize = runs.iter().map(Range::len).sum();
-        if Some(bytes.len()) != pixels.checked_mul(self.contents.pixel_bytes()) {
+        if Some(bytes.len()) != Self::bytes_of(self.contents, pixels) {
             return None;
         }
         let mut rest = bytes;
@@ -212,10 +217,10 @@ impl Film {
         self.pixels.iter().map(|p| u64::from(p.dropped())).sum()
     }
 
-    /// The root of Σ variance over Σ mean², over pixels and channels: the relative standard error of the whole picture.
+    /// The root of Σ variance over Σ mean², over sampled pixels and channels: the relative standard error of the whole picture.
     pub fn relative_error(&self) -> f64 {
         let (mut variance, mut square) = (0.0, 0.0);
-        for pixel in self.estimates() {
+        for pixel in self.estimates().filter(|pixel| pixel.count > 0) {
             variance += pixel.variance.iter().sum::<f64>();
             square += pixel.mean.iter().map(|m| m * m).sum::<f64>();
         }

@@ -18,7 +18,7 @@ pub use shard::Shard;
 use crate::camera::Camera;
 use crate::film::{Film, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, Ledger, PixelRecord};
-use crate::integrator::{PathIntegrator, Technique};
+use crate::integrator::{PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use adaptive::SampleLimits;
@@ -263,6 +263,13 @@ impl<'a> Renderer<'a> {
             guide.learn(self.rounds_done, &mut self.pixel_records, bounds.width() as usize);
         }
         self.cost.seconds += start.elapsed().as_secs_f64();
+    }
+
+    /// Traces one sample of a half of a pixel of the frame for an observer, and leaves the film alone. Returns its colour. `None`
+    /// if there is no such half. (Roulette by efficiency is that by throughput here.)
+    pub fn trace(&self, pixel: [u32; 2], half: u32, sample: u32, observer: &mut impl PathObserver) -> Option<[f32; 3]> {
+        let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
+        ((half as usize) < task.halves()).then(|| task.trace(pixel, half as usize, sample, observer))
     }
 
     /// Renders all passes that are left.

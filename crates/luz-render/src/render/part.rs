@@ -93,6 +93,14 @@ impl Part {
     /// # Errors
     /// If they are not parts of such a frame.
     pub fn assemble(parts: &[Self], contents: FilmContents, bounds: PixelBounds) -> Result<Film, PartError> {
+        // Before so much memory is asked for.
+        let fits = |part: &Self| {
+            let pixels: usize = part.header.shard.runs(bounds).iter().map(Range::len).sum();
+            part.section(Section::Film).is_ok_and(|data| Some(data.len()) == Film::bytes_of(contents, pixels))
+        };
+        if !parts.iter().all(fits) || !Film::fits_in_memory(contents, bounds) {
+            return Err(PartError);
+        }
         let mut film = Film::new(contents, bounds);
         parts.iter().try_for_each(|part| part.fill(&mut film))?;
         Ok(film)

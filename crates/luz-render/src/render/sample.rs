@@ -2,8 +2,8 @@
 
 use super::RenderCost;
 use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
-use crate::camera::Camera;
-use crate::film::{Features, FilmContents, FilmRow, LayerSample, TechniqueShares};
+use crate::camera::{Camera, RayDifferentials};
+use crate::film::{Features, FilmContents, FilmRow, FilterSample, LayerSample, TechniqueShares};
 use crate::integrator::efficiency::Ledger;
 use crate::integrator::{FoundBy, PathCost, PathEvent, PathObserver, PathTracer, Technique, Unwatched, Vertex};
 use crate::light::Combination;
@@ -11,7 +11,17 @@ use crate::settings::Settings;
 use crate::world::World;
 use glam::Vec2;
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_sample::{Sampler, Samples};
+use luz_geometry::Ray;
+use luz_sample::{PixelSamples, Sampler, Samples};
+
+/// Where a sample begins.
+struct Start<'a> {
+    samples: PixelSamples<'a>,
+    wavelengths: Wavelengths,
+    filtered: FilterSample,
+    ray: Ray,
+    differentials: Option<RayDifferentials>,
+}
 
 /// Draws samples of pixels.
 pub(super) struct PixelSampler<'a> {
@@ -28,6 +38,29 @@ impl<'a> PixelSampler<'a> {
         let combination = if is_combined { Combination::WithBsdf } else { Combination::Alone };
         let tracer = PathTracer { settings: &settings.integrator, world, camera, combination };
         Self { tracer, settings, samplers, contents: settings.film_contents() }
+    }
+
+    /// Where a sample begins.
+    fn start(&self, pixel: [u32; 2], half: usize, index: u32) -> Start<'a> {
+        let mut samples = self.samplers[half].samples(pixel, index);
+        let wavelengths = Wavelengths::sample_visible(samples.next_1d());
+        let filtered = self.settings.filter.sample(samples.next_2d());
+        let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
+        let lens_u = samples.next_2d();
+        let time_u = samples.next_1d();
+        let PathTracer { world, camera, .. } = self.tracer;
+        let ray = camera.ray(film, lens_u, time_u);
+        let differentials = world.has_varying_textures().then(|| camera.differentials(film, lens_u, time_u));
+        Start { samples, wavelengths, filtered, ray, differentials }
+    }
+
+    /// Traces a sample without adding it to a film. Returns its colour, before any limit of its components.
+    pub fn trace(&self, pixel: [u32; 2], half: usize, index: u32, observer: &mut impl PathObserver) -> [f32; 3] {
+        let Start { mut samples, mut wavelengths, ray, differentials, .. } = self.start(pixel, half, index);
+        let differentials = differentials.as_ref();
+        let cost = &mut PathCost::default();
+        let radiance = self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, None, cost);
+        self.settings.sensor.to_output_rgb(radiance, &wavelengths)
     }
 
     /// How many halves pixels have: one or two.
@@ -48,15 +81,7 @@ impl<'a> PixelSampler<'a> {
         cost: &mut RenderCost,
     ) -> bool {
         let settings = self.settings;
-        let mut samples = self.samplers[half].samples(pixel, index);
-        let mut wavelengths = Wavelengths::sample_visible(samples.next_1d());
-        let filtered = settings.filter.sample(samples.next_2d());
-        let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + filtered.offset;
-        let lens_u = samples.next_2d();
-        let time_u = samples.next_1d();
-        let PathTracer { world, camera, .. } = self.tracer;
-        let ray = camera.ray(film, lens_u, time_u);
-        let differentials = world.has_varying_textures().then(|| camera.differentials(film, lens_u, time_u));
+        let Start { mut samples, mut wavelengths, filtered, ray, differentials } = self.start(pixel, half, index);
         let differentials = differentials.as_ref();
 
         let mut path_cost = PathCost::default();

@@ -21,9 +21,6 @@ pub struct Shard {
     pub count: u32,
 }
 
-/// More shards than this are a slip of the keyboard.
-pub const MAX_SHARDS: u32 = 1 << 16;
-
 impl Default for Shard {
     fn default() -> Self {
         Self::WHOLE
@@ -31,6 +28,9 @@ impl Default for Shard {
 }
 
 impl Shard {
+    /// More shards than this are a slip of the keyboard.
+    pub const MOST: u32 = 1 << 16;
+
     /// The whole frame.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
@@ -104,8 +104,8 @@ impl FromStr for Shard {
         let number =
             |text: &str| text.trim().parse::<u32>().map_err(|_| format!("`{text}` is not a number of a shard"));
         let (index, count) = (number(index)?, number(count)?);
-        if !(1..=MAX_SHARDS).contains(&count) || !(1..=count).contains(&index) {
-            return Err(format!("shards are numbered from 1 to their number, which is at most {MAX_SHARDS}"));
+        if !(1..=Self::MOST).contains(&count) || !(1..=count).contains(&index) {
+            return Err(format!("shards are numbered from 1 to their number, which is at most {}", Self::MOST));
         }
         Ok(Self { index: index - 1, count })
     }

@@ -5,10 +5,13 @@ use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::pieces::{
+    BudgetArguments, MERGE_HELP, MergeArguments, PLAN_HELP, PieceArguments, PlanArguments, TRACE_HELP, TraceArguments,
+};
 use super::study::StudyArguments;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
-    SimdName, Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, RenderOutput, Resolution, SamplerName,
+    Share, SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
@@ -48,8 +51,17 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene
-    #[command(after_help = RENDER_HELP)]
-    Render(RenderArguments),
+    #[command(after_help = RENDER_HELP, args_override_self = true)]
+    Render(Box<RenderArguments>),
+    /// Split a render into shards: prints the commands
+    #[command(after_help = PLAN_HELP)]
+    Plan(PlanArguments),
+    /// Put the shards of a render together
+    #[command(after_help = MERGE_HELP)]
+    Merge(MergeArguments),
+    /// Follow one sample of one pixel, vertex by vertex
+    #[command(after_help = TRACE_HELP)]
+    Trace(TraceArguments),
     /// Say what is inside a scene, and what of it cannot be rendered
     #[command(after_help = INFO_HELP)]
     Info(InfoArguments),
@@ -92,17 +104,20 @@ Examples:
   luz render scenes/cornell-box.pbrt
   luz render scene.pbrt -o picture.png --exposure 1
   luz render scene.pbrt -o out.exr -o out.png --spp 256 --resolution 640x360
-  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report a.json";
+  luz render scene.pbrt --crop 0.25,0.75,0.25,0.75 --spp 16 --report a.json
+  luz render scene.pbrt --time 10m --error 1% --checkpoint scene.luz
+  luz render --resume scene.luz --time 10m";
 
 /// `luz render`
 #[derive(Debug, Args)]
 pub struct RenderArguments {
     /// The scene, a pbrt-v4 file (.pbrt, .pbrt.gz)
-    pub scene: PathBuf,
-    /// Write this file; its extension chooses the format: exr, pfm, hdr (linear), png, jpg, tiff (tone-mapped).
-    /// Repeat it for several
+    #[arg(required_unless_present = "resume")]
+    pub scene: Option<PathBuf>,
+    /// Write this file; its extension chooses the format: exr, pfm, hdr (linear), png, jpg, tiff (tone-mapped), luz
+    /// (a checkpoint, to go on with or to merge). Repeat it for several
     #[arg(short, long, value_name = "FILE", alias = "outfile")]
-    pub output: Vec<OutputFile>,
+    pub output: Vec<RenderOutput>,
     /// Write a report as JSON: settings, samples, times, rays, error, what is in the scene
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
@@ -121,13 +136,19 @@ pub struct RenderArguments {
     /// Instruction set of ray traversal
     #[arg(long, value_name = "SET", default_value = "auto")]
     pub simd: SimdName,
+    /// When it is enough
+    #[command(flatten)]
+    pub budget: BudgetArguments,
+    /// Rendering in pieces
+    #[command(flatten)]
+    pub pieces: PieceArguments,
     /// What to render otherwise than the scene says
     #[command(flatten)]
     pub overrides: OverrideArguments,
 }
 
 /// What to render otherwise than the scene says.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Instead of what the scene says")]
 pub struct OverrideArguments {
     /// Samples per pixel
@@ -181,6 +202,40 @@ pub struct OverrideArguments {
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,
+}
+
+impl OverrideArguments {
+    /// Itself as a command line.
+    pub fn to_arguments(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let mut add = |name: &str, value: Option<String>| {
+            if let Some(value) = value {
+                all.extend([format!("--{name}"), value]);
+            }
+        };
+        let text = |value: &dyn std::fmt::Display| value.to_string();
+        add("spp", self.spp.map(|v| text(&v)));
+        add("resolution", self.resolution.map(|v| text(&v)));
+        add("crop", self.crop.map(|v| text(&v)));
+        add("seed", self.seed.map(|v| text(&v)));
+        add("integrator", self.integrator.and_then(possible_name));
+        add("max-depth", self.max_depth.map(|v| text(&v)));
+        add("sampler", self.sampler.and_then(possible_name));
+        add("filter", self.filter.and_then(possible_name));
+        add("film", self.film.and_then(possible_name));
+        add("light-sampler", self.light_sampler.map(|v| text(&v)));
+        add("technique", self.technique.map(|v| text(&v)));
+        add("mis", self.mis.map(|v| text(&v)));
+        add("roulette", self.roulette.map(|v| text(&v)));
+        add("adaptive", self.adaptive.map(|v| text(&v.0)));
+        let switches = [("--technique-images", self.technique_images), ("--pbrt-coats", self.pbrt_coats)];
+        all.extend(switches.iter().filter(|(_, is_on)| *is_on).map(|(name, _)| (*name).to_owned()));
+        all
+    }
+}
+
+fn possible_name(value: impl clap::ValueEnum) -> Option<String> {
+    value.to_possible_value().map(|name| name.get_name().to_owned())
 }
 
 const INFO_HELP: &str = "\
@@ -272,7 +327,7 @@ mod tests {
     #[test]
     fn the_help_names_every_exit_code() {
         let help = Arguments::command().render_long_help().to_string();
-        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "130 "] {
+        for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "6 ", "7 ", "130 ", "143 "] {
             assert!(help.lines().any(|line| line.trim_start().starts_with(code)), "{code} in {help}");
         }
     }

@@ -20,8 +20,12 @@ pub enum Exit {
     Image = 5,
     /// ffmpeg is not installed, or failed.
     Ffmpeg = 6,
-    /// Ctrl-C.
+    /// A checkpoint cannot be used, or parts do not go together.
+    Checkpoint = 7,
+    /// Ctrl-C, or SIGINT.
     Interrupted = 130,
+    /// SIGTERM.
+    Terminated = 143,
 }
 
 impl From<Exit> for ExitCode {
@@ -40,7 +44,9 @@ Exit codes:
   4    an output cannot be written
   5    an image or a video cannot be read, or two do not belong together: of other sizes, without what is needed
   6    ffmpeg is needed and not installed, or it failed
-  130  interrupted by Ctrl-C; what was done by then has been written";
+  7    a checkpoint cannot be used, or parts of a frame do not go together
+  130  interrupted by Ctrl-C (SIGINT); what was done by then has been written
+  143  ended by SIGTERM; what was done by then has been written";
 
 /// Writes to standard output. That nobody reads it to its end is no failure.
 pub fn print_bytes(bytes: &[u8]) -> Exit {

@@ -2,32 +2,51 @@
 
 use super::exit::Exit;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// The exit code that a signal has asked for; 0 for none.
+static REQUESTED: AtomicU8 = AtomicU8::new(0);
 static RENDERING: AtomicBool = AtomicBool::new(false);
 /// A video that is being written.
 static UNFINISHED: Mutex<Option<PathBuf>> = Mutex::new(None);
 /// Held while a file is written: whoever ends the program waits until the file is whole.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Takes Ctrl-C over. Until [`begin_rendering`], there is nothing to be saved and it ends the program.
+/// Takes Ctrl-C and SIGTERM over. Until [`begin_rendering`], there is nothing to be saved and they end the program.
 pub fn install(is_quiet: bool) {
-    let installed = ctrlc::set_handler(move || {
-        let is_second = REQUESTED.swap(true, Ordering::SeqCst);
-        if is_second || !RENDERING.load(Ordering::SeqCst) {
-            let _whole_files_only = writing();
-            remove_unfinished();
-            std::process::exit(Exit::Interrupted as i32);
-        }
-        if !is_quiet {
-            eprintln!("\ninterrupted: writing what there is, in a moment (again to stop at once)");
-        }
-    });
-    // Without a handler, Ctrl-C ends the program, as it always has.
-    if let Err(error) = installed {
+    // Without a handler, signals end the program, as they always have.
+    if let Err(error) = watch(move |exit| receive(exit, is_quiet)) {
         super::problems::warning(&format!("Ctrl-C will not save the picture: {error}"));
+    }
+}
+
+#[cfg(unix)]
+fn watch(mut receive: impl FnMut(Exit) + Send + 'static) -> std::io::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        for signal in signals.forever() {
+            receive(if signal == SIGTERM { Exit::Terminated } else { Exit::Interrupted });
+        }
+    })?;
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn watch(mut receive: impl FnMut(Exit) + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(move || receive(Exit::Interrupted))
+}
+
+fn receive(exit: Exit, is_quiet: bool) {
+    let is_second = REQUESTED.swap(exit as u8, Ordering::SeqCst) != 0;
+    if is_second || !RENDERING.load(Ordering::SeqCst) {
+        let _whole_files_only = writing();
+        remove_unfinished();
+        std::process::exit(exit as i32);
+    }
+    if !is_quiet {
+        eprintln!("\ninterrupted: writing what there is, in a moment (again to stop at once)");
     }
 }
 
@@ -36,9 +55,14 @@ pub fn begin_rendering() {
     RENDERING.store(true, Ordering::SeqCst);
 }
 
-/// Has Ctrl-C been pressed?
+/// Has Ctrl-C been pressed, or SIGTERM come?
 pub fn is_requested() -> bool {
-    REQUESTED.load(Ordering::SeqCst)
+    REQUESTED.load(Ordering::SeqCst) != 0
+}
+
+/// How the program ends after it has been interrupted.
+pub fn exit() -> Exit {
+    if REQUESTED.load(Ordering::SeqCst) == Exit::Terminated as u8 { Exit::Terminated } else { Exit::Interrupted }
 }
 
 /// A file that is no use if the program ends before it is finished.

@@ -6,13 +6,18 @@ mod exit;
 mod filtering;
 mod info;
 mod interrupt;
+mod keeper;
+mod merge;
 mod output;
+mod pieces;
+mod plan;
 mod problems;
 mod progress;
 mod render;
 mod report;
 mod study;
 mod threads;
+mod trace;
 mod values;
 
 use arguments::{Arguments, Command};
@@ -31,6 +36,9 @@ pub fn run() -> Exit {
     };
     match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
+        Command::Trace(arguments) => trace::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),

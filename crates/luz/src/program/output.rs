@@ -2,20 +2,31 @@
 
 use super::interrupt;
 use super::values::OutputFile;
+use luz::checkpoint::Checkpoint;
 use luz::image::{Format, Image, ImageError, ToneMap, WriteOptions};
 use std::path::{Path, PathBuf};
 
 /// What a render writes when nothing was asked for: a linear EXR, and beside it a tone-mapped PNG, named as the scene's
 /// film wants its file to be named, or else as the scene, in the current directory.
 pub fn default_outputs(film_filename: Option<&str>, scene: &Path) -> Vec<OutputFile> {
-    let stem = film_filename.map(Path::new).and_then(Path::file_stem).or_else(|| scene_stem(scene));
+    let stem = stem(film_filename, scene);
     let named = |extension: &str, format| {
         // Not `set_extension`, for which `box.v2` has an extension already.
-        let mut name = stem.unwrap_or("luz".as_ref()).to_owned();
+        let mut name = stem.to_owned();
         name.push(extension);
         OutputFile { path: PathBuf::from(name), format }
     };
     vec![named(".exr", Format::Exr), named(".png", Format::Png)]
+}
+
+/// What pictures of a scene are called.
+pub fn scene_name(film_filename: Option<&str>, scene: &Path) -> String {
+    stem(film_filename, scene).to_string_lossy().into_owned()
+}
+
+fn stem<'a>(film_filename: Option<&'a str>, scene: &'a Path) -> &'a std::ffi::OsStr {
+    let of_film = film_filename.map(Path::new).and_then(Path::file_stem);
+    of_film.or_else(|| scene_stem(scene)).unwrap_or("luz".as_ref())
 }
 
 /// `scene` of `folder/scene.pbrt.gz`.
@@ -56,6 +67,12 @@ fn check(path: &Path) -> Result<(), String> {
 pub fn write_image(image: &Image, file: &OutputFile, tone_map: ToneMap) -> Result<(), ImageError> {
     let bytes = image.encode(file.format, &WriteOptions { tone_map, ..WriteOptions::default() })?;
     write_bytes(&file.path, &bytes)
+}
+
+/// Writes a checkpoint; Ctrl-C waits until it is whole.
+pub fn write_checkpoint(checkpoint: &Checkpoint, path: &Path) -> Result<(), String> {
+    let _whole_files_only = interrupt::writing();
+    checkpoint.write(path).map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
 /// Writes a file, or leaves everything as it was; Ctrl-C waits until it is whole.

@@ -9,8 +9,18 @@ use std::time::{Duration, Instant};
 /// How often a log gets a line.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Where progress is shown.
-pub enum Progress {
+/// Parts of the bar.
+const STEPS: u64 = 1000;
+
+/// Where progress is shown, and what a render is on its way to.
+pub struct Progress {
+    output: Output,
+    start: Instant,
+    time: Option<Duration>,
+    error: Option<f64>,
+}
+
+enum Output {
     /// Nowhere.
     Quiet,
     /// On a terminal.
@@ -20,55 +30,77 @@ pub enum Progress {
 }
 
 impl Progress {
-    /// Progress of a render of so many samples per pixel, on standard error.
-    pub fn new(is_quiet: bool, samples_per_pixel: u32) -> Self {
-        if is_quiet {
-            return Self::Quiet;
-        }
-        if !io::stderr().is_terminal() {
-            return Self::Lines(Instant::now());
-        }
-        let bar = ProgressBar::new(u64::from(samples_per_pixel));
-        let template = "{bar:30.cyan/blue} {pos}/{len} samples · {elapsed}{msg}";
-        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style.progress_chars("━━─"));
-        bar.enable_steady_tick(Duration::from_millis(250));
-        Self::Bar(bar)
+    /// Progress, on standard error, of a render that ends after some time or at some error, if not before.
+    pub fn new(is_quiet: bool, time: Option<Duration>, error: Option<f64>) -> Self {
+        let output = if is_quiet {
+            Output::Quiet
+        } else if !io::stderr().is_terminal() {
+            Output::Lines(Instant::now())
+        } else {
+            let bar = ProgressBar::new(STEPS);
+            let template = "{bar:30.cyan/blue} {msg} · {elapsed}";
+            let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+            bar.set_style(style.progress_chars("━━─"));
+            bar.enable_steady_tick(Duration::from_millis(250));
+            Output::Bar(bar)
+        };
+        Self { output, start: Instant::now(), time, error }
     }
 
     /// Shows what has been done, after a pass.
-    pub fn update(&mut self, renderer: &Renderer<'_>, samples_per_pixel: u32) {
-        match self {
-            Self::Quiet => {}
-            Self::Bar(bar) => {
-                bar.set_position(u64::from(renderer.samples_done()));
-                bar.set_message(format!(" · {}", state(renderer)));
-            }
-            Self::Lines(since) => {
-                if since.elapsed() >= LINE_EVERY {
+    pub fn update(&mut self, renderer: &Renderer<'_>) {
+        let due = match &mut self.output {
+            Output::Quiet => false,
+            Output::Bar(_) => true,
+            Output::Lines(since) => {
+                let is_due = since.elapsed() >= LINE_EVERY;
+                if is_due {
                     *since = Instant::now();
-                    let done = renderer.samples_done();
-                    let elapsed = duration(renderer.cost().seconds);
-                    eprintln!("{done}/{samples_per_pixel} samples · {elapsed} · {}", state(renderer));
                 }
+                is_due
             }
+        };
+        if !due {
+            return;
         }
+        let done = self.share_done(renderer);
+        let state = self.state(renderer, done);
+        match &self.output {
+            Output::Quiet => {}
+            Output::Bar(bar) => {
+                bar.set_position((done * STEPS as f64) as u64);
+                bar.set_message(state);
+            }
+            Output::Lines(_) => eprintln!("{state} · {}", duration(self.start.elapsed().as_secs_f64())),
+        }
+    }
+
+    /// How far it is, by whichever is going to end it first.
+    fn share_done(&self, renderer: &Renderer<'_>) -> f64 {
+        let by_time = self.time.map_or(0.0, |time| self.start.elapsed().as_secs_f64() / time.as_secs_f64());
+        // The error falls with the root of the work.
+        let by_error = self.error.map_or(0.0, |error| (error / renderer.film().typical_error()).powi(2));
+        renderer.progress().max(by_time).max(by_error).clamp(0.0, 1.0)
+    }
+
+    fn state(&self, renderer: &Renderer<'_>, done: f64) -> String {
+        let elapsed = self.start.elapsed().as_secs_f64();
+        let left = elapsed * (1.0 - done) / done.max(f64::MIN_POSITIVE);
+        format!(
+            "{} samples · {} left · {} rays/s · {}",
+            renderer.samples_done(),
+            duration(left),
+            si(renderer.cost().rays_per_second()),
+            relative_error(renderer.film().relative_error())
+        )
     }
 
     /// Takes the bar away.
     pub fn finish(&self) {
-        if let Self::Bar(bar) = self {
+        if let Output::Bar(bar) = &self.output {
             bar.finish_and_clear();
         }
     }
-}
-
-fn state(renderer: &Renderer<'_>) -> String {
-    let cost = renderer.cost();
-    let done = renderer.progress();
-    let left = cost.seconds * (1.0 - done) / done.max(f64::MIN_POSITIVE);
-    let rays = si(cost.rays_per_second());
-    format!("{} left · {rays} rays/s · {}", duration(left), relative_error(renderer.film().relative_error()))
 }
 
 /// "relative error 1.2 %", as far as it is known.

@@ -4,7 +4,7 @@ use super::values::{film_name, sampler_name, simd_name};
 use luz::Scene;
 use luz::render::film::{Film, PixelBounds};
 use luz::render::world::WorldStatistics;
-use luz::render::{RenderCost, Renderer};
+use luz::render::{Incident, RenderCost, Renderer};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,10 @@ use std::path::{Path, PathBuf};
 pub enum Stopped {
     /// All samples are done.
     Finished,
+    /// The time is over.
+    Time,
+    /// The error is small enough.
+    Error,
     /// Ctrl-C.
     Interrupted,
 }
@@ -40,6 +44,8 @@ pub struct Report<'a> {
     pub rays_per_second: f64,
     /// Samples that were left out.
     pub dropped_samples: DroppedSamples,
+    /// The mean over pixels of their relative standard errors, the worst hundredth left out; null if unknown.
+    pub typical_error: Option<f64>,
     /// √(Σ variance / Σ mean²) over pixels and channels; null if unknown.
     pub relative_error: Option<f64>,
     /// Over all pixels.
@@ -73,6 +79,8 @@ pub struct SettingsReport {
     pub adaptive: Option<f64>,
     pub sampler: &'static str,
     pub samples_per_pixel: u32,
+    /// The most that a pixel gets, if something else says when it is enough.
+    pub sample_limit: u32,
     pub seed: u64,
     /// Were coats weighed as in pbrt-v4?
     pub pbrt_coats: bool,
@@ -91,6 +99,10 @@ pub struct Seconds {
 pub struct DroppedSamples {
     /// Their radiance was infinite or not a number.
     pub not_finite: u64,
+    /// The program failed in them.
+    pub panics: u64,
+    /// The first of them, by pixel, half of the pixel and sample: `luz trace` follows them.
+    pub first: Vec<Incident>,
 }
 
 impl<'a> Report<'a> {
@@ -125,6 +137,7 @@ impl<'a> Report<'a> {
                 adaptive: settings.adaptive,
                 sampler: sampler_name(settings.sampler),
                 samples_per_pixel: settings.samples_per_pixel,
+                sample_limit: settings.sample_limit,
                 seed: settings.seed,
                 pbrt_coats,
             },
@@ -137,7 +150,12 @@ impl<'a> Report<'a> {
             closest_hit_rays: rays,
             shadow_rays,
             rays_per_second: renderer.cost().rays_per_second(),
-            dropped_samples: DroppedSamples { not_finite: film.dropped() },
+            dropped_samples: DroppedSamples {
+                not_finite: renderer.incidents().not_finite,
+                panics: renderer.incidents().panics,
+                first: renderer.incidents().first.clone(),
+            },
+            typical_error: Some(film.typical_error()).filter(|e| e.is_finite()),
             relative_error: Some(film.relative_error()).filter(|e| e.is_finite()),
             mean_rgb,
             mean_rgb_standard_error: Some(standard_error).filter(|e| e.iter().all(|v| v.is_finite())),
@@ -161,13 +179,13 @@ impl<'a> Report<'a> {
 /// The mean over all pixels, and its standard error if they are independent.
 fn mean_with_error(film: &Film) -> ([f64; 3], [f64; 3]) {
     let (mut sum, mut variance) = ([0.0; 3], [0.0; 3]);
-    for pixel in film.estimates() {
+    for pixel in film.estimates().filter(|pixel| pixel.count > 0) {
         for channel in 0..3 {
             sum[channel] += pixel.mean[channel];
             variance[channel] += pixel.variance[channel];
         }
     }
-    let count = film.estimates().len().max(1) as f64;
+    let count = film.estimates().filter(|pixel| pixel.count > 0).count().max(1) as f64;
     (sum.map(|s| s / count), variance.map(|v| v.sqrt() / count))
 }
 

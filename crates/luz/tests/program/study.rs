@@ -143,8 +143,9 @@ fn a_time_ends_each_render() {
 fn one_seed_gives_no_intervals() {
     let folder = Folder::with_scene(BALL);
     folder
-        .run("study scene.pbrt --vary sampler=sobol,halton --spp 4 --seeds 1 --reference-spp 16 --quiet")
-        .ends_with(0);
+        .run("study scene.pbrt --vary sampler=sobol,halton --spp 4 --seeds 1 --reference-spp 16")
+        .ends_with(0)
+        .complains(&["warning: One seed says nothing"]);
     let report = folder.json("study.json");
     let summary = &variants(&report)[1]["summary"];
     assert!(summary["mse"]["high"].is_null() && summary["mse"]["value"].as_f64().unwrap() > 0.0);
@@ -209,4 +210,30 @@ fn ctrl_c_writes_the_report_with_what_there_is() {
     let report = folder.json("study.json");
     assert_eq!(report["interrupted"], true);
     assert!(variants(&report).iter().all(|v| v["summary"]["samples"].as_f64().unwrap() >= 1.0));
+}
+
+#[test]
+fn everything_that_can_be_varied_renders() {
+    let folder = Folder::with_scene(BALL);
+    for vary in [
+        "mis=balance,power:3,cutoff,maximum,average,optimal",
+        "roulette=none,throughput,efficiency",
+        "light-sampler=bvh,power,uniform",
+        "mis-compensation=on,off",
+        "emission-images=on,off",
+        "adaptive=off,5%",
+        "filter=box,triangle,gaussian,mitchell,sinc",
+        "integrator=path,volpath",
+        "spp=1,32",
+        "pbrt-coats=off,on",
+    ] {
+        folder
+            .run(&format!("study scene.pbrt --spp 40 --seeds 2 --reference-spp 8 --quiet --vary {vary}"))
+            .ends_with(0);
+        let report = folder.json("study.json");
+        for variant in variants(&report) {
+            assert!(variant["summary"]["paths_per_second"].as_f64().unwrap() > 0.0, "{vary}: {}", variant["name"]);
+            assert!(variant["summary"]["mse"]["value"].is_f64(), "{vary}: {}", variant["name"]);
+        }
+    }
 }

@@ -375,8 +375,8 @@ fn conclude(
         print(&summary(&report, files.report.as_deref()));
     }
     match stopped {
-        Stopped::Finished => Exit::Success,
-        Stopped::Interrupted => Exit::Interrupted,
+        Stopped::Interrupted => interrupt::exit(),
+        _ => Exit::Success,
     }
 }
 

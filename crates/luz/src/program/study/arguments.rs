@@ -78,7 +78,7 @@ pub enum StudyCommand {
 pub fn help() -> String {
     let mut axes = String::new();
     for axis in AXES {
-        let _ = writeln!(axes, "  {:<12}{}", axis.name, axis.known());
+        let _ = writeln!(axes, "  {:<18}{}", axis.name, axis.known());
     }
     format!(
         "\
@@ -100,13 +100,16 @@ seeds; with one seed there are none. Slopes are those of log error over log samp
 Pictures of what each technique finds are added where technique or mis is varied (or with --technique-images); they are rendered after \
 everything that is timed.
 
+The report is one HTML file with all pictures in it: --resolution keeps it small.
+
 Ctrl-C finishes the pass, writes the report with the seeds that are complete, and exits with code 130.
 
 Examples:
-  luz study scenes/veach-mis.pbrt --vary technique=bsdf,light,both --vary mis=balance,power --time 30s -o study.html
-  luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol,zsobol --spp 256 --resolution 200x200
-  luz study scene.pbrt --vary roulette=none,throughput --time 10s --seeds 8 --reference reference.exr
-  luz study scene.pbrt --vary sampler=sobol --time 1min --save-reference reference.exr"
+  luz study scenes/veach-mis.pbrt --vary technique=bsdf,light,both --time 30s
+  luz study scenes/veach-mis.pbrt --vary technique=light,both --vary mis=balance,power
+  luz study scenes/cornell-box.pbrt --vary sampler=independent,sobol --resolution 200x200
+  luz study scene.pbrt --vary roulette=none,throughput --seeds 8 --reference ref.exr
+  luz study scene.pbrt --vary sampler=sobol --time 1min --save-reference ref.exr"
     )
 }
 

@@ -52,6 +52,20 @@ pub const AXES: &[AxisKind] = &[
         set: |o, v| parsed(v).map(|sampler| o.light_sampler = Some(sampler)),
     },
     AxisKind {
+        name: "mis-compensation",
+        values: &["on", "off"],
+        other: "",
+        changes_world: true,
+        set: |o, v| switch(v).map(|on| o.mis_compensation = Some(on)),
+    },
+    AxisKind {
+        name: "emission-images",
+        values: &["on", "off"],
+        other: "",
+        changes_world: true,
+        set: |o, v| switch(v).map(|on| o.emission_images = Some(on)),
+    },
+    AxisKind {
         name: "sampler",
         values: &["independent", "stratified", "halton", "sobol", "zsobol"],
         other: "",
@@ -102,11 +116,7 @@ pub const AXES: &[AxisKind] = &[
         other: "",
         changes_world: true,
         set: |o, v| {
-            o.coat_weights = match v {
-                "off" => CoatWeights::Exact,
-                "on" => CoatWeights::PbrtV4,
-                _ => return None,
-            };
+            o.coat_weights = if switch(v)? { CoatWeights::PbrtV4 } else { CoatWeights::Exact };
             Some(())
         },
     },
@@ -114,6 +124,14 @@ pub const AXES: &[AxisKind] = &[
 
 fn parsed<T: FromStr>(value: &str) -> Option<T> {
     value.parse().ok()
+}
+
+fn switch(value: &str) -> Option<bool> {
+    match value {
+        "on" => Some(true),
+        "off" => Some(false),
+        _ => None,
+    }
 }
 
 fn named<T: ValueEnum>(value: &str) -> Option<T> {

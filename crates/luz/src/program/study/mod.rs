@@ -60,7 +60,7 @@ fn study(arguments: &StudyArguments) -> Result<Exit, Exit> {
     watcher.finish();
     let outcome = outcome.map_err(explain)?;
     write(arguments, &files, &outcome)?;
-    Ok(if outcome.interrupted { Exit::Interrupted } else { Exit::Success })
+    Ok(if outcome.interrupted { interrupt::exit() } else { Exit::Success })
 }
 
 /// What is to be done, or what is wrong with the command line.
@@ -137,7 +137,7 @@ fn explain(error: StudyError) -> Exit {
         }
         StudyError::NothingDone => {
             problems::error("interrupted before every variant had been rendered at all; nothing was written");
-            Exit::Interrupted
+            interrupt::exit()
         }
         StudyError::Reference(_) | StudyError::Size { .. } => {
             problems::error(&error.to_string());
@@ -194,6 +194,7 @@ fn write(arguments: &StudyArguments, files: &Files, outcome: &Outcome) -> Result
         return Err(Exit::Output);
     }
     if !arguments.quiet {
+        outcome.warnings().iter().for_each(|warning| problems::warning(warning));
         let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
         let size = progress::bytes(page_bytes as u64);
         print(&format!("{}wrote {} (the report has {size})\n", summary(outcome), names.join(", ")));

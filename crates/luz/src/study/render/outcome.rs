@@ -134,6 +134,14 @@ pub struct Setup {
     pub resolution: [u32; 2],
     /// The part of the frame that was rendered.
     pub bounds: PixelBounds,
+    /// The sampler of the scene as it stands; variants may have others, and so with what follows.
+    pub sampler: String,
+    /// Its longest path, in scattering events.
+    pub max_depth: u32,
+    /// Its samples per pixel.
+    pub samples_per_pixel: u32,
+    /// The first seed.
+    pub seed: u64,
     /// Seconds that each render may take; `None` if samples alone end it.
     pub seconds_budget: Option<f64>,
     /// Seeds that were asked for.
@@ -190,6 +198,10 @@ impl Outcome {
             scene: study.scene.clone(),
             resolution: settings.resolution,
             bounds: settings.bounds,
+            sampler: settings.sampler.to_string(),
+            max_depth: settings.integrator.max_depth,
+            samples_per_pixel: settings.samples_per_pixel,
+            seed: settings.seed,
             seconds_budget: match study.budget {
                 Budget::Samples => None,
                 Budget::Seconds { seconds, .. } => Some(seconds),

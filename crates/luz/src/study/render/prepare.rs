@@ -7,7 +7,6 @@ use luz_image::Image;
 use luz_render::camera::Camera;
 use luz_render::world::{self, Loaded, World};
 use luz_render::{Overrides, Renderer, Settings};
-use luz_sample::SamplerKind;
 use luz_scene::{Description, Diagnostics, SceneErrors};
 use std::time::Instant;
 
@@ -56,7 +55,7 @@ impl Prepared {
             return Err(refuse(errors(diagnostics, description), None));
         };
         let entry = |world, camera, settings: Settings| {
-            let expected = settings.samples_per_pixel;
+            let expected = settings.sample_limit;
             Entry { world, camera, settings, expected }
         };
         let mut keys = vec![""];
@@ -96,19 +95,18 @@ impl Prepared {
 
     /// Renders every variant a little, and sets the samples that fit into a budget of time.
     ///
-    /// Samplers want to know how many samples there will be. Those that then do badly with other numbers get as many as should fit;
-    /// the others are ended by the clock.
+    /// Samplers want to know for how many samples to lay out their points; the clock ends a render.
     pub fn calibrate(&mut self, budget: Budget) {
         let per_sample: Vec<f64> = self.variants.iter().map(|entry| self.seconds_per_sample(entry, budget)).collect();
         let Budget::Seconds { seconds, at_most_samples } = budget else { return };
         for (entry, per_sample) in self.variants.iter_mut().zip(per_sample) {
             let settings = &mut entry.settings;
             let fitting = (seconds / per_sample.max(1e-12)).round().clamp(1.0, MOST_SAMPLES);
-            let needs_count = matches!(settings.sampler, SamplerKind::Stratified | SamplerKind::ZSobol);
-            let room = if needs_count || settings.adaptive.is_some() { 1.0 } else { 4.0 };
-            let limit = if at_most_samples { settings.samples_per_pixel } else { u32::MAX };
+            let limit = if at_most_samples { settings.sample_limit } else { u32::MAX };
             entry.expected = (fitting as u32).min(limit);
-            settings.samples_per_pixel = ((room * fitting) as u32).min(limit);
+            settings.samples_per_pixel = entry.expected;
+            // Adaptive sampling deals out a number of samples and not a time.
+            settings.sample_limit = if settings.adaptive.is_some() { entry.expected } else { limit };
         }
     }
 
@@ -118,7 +116,7 @@ impl Prepared {
             Budget::Samples => 0.0,
             Budget::Seconds { seconds, .. } => TRIAL.min(0.2 * seconds),
         };
-        let settings = Settings { samples_per_pixel: TRIAL_SAMPLES, adaptive: None, ..entry.settings.clone() };
+        let settings = Settings { sample_limit: TRIAL_SAMPLES, adaptive: None, ..entry.settings.clone() };
         let mut renderer = Renderer::new(self.world(entry), &entry.camera, &settings);
         let pixels = settings.bounds.area() as f64;
         // The fastest pass: what else the machine does makes others slower.

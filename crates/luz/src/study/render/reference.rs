@@ -142,6 +142,7 @@ impl Reference {
         let settings: Vec<Settings> = (0..parts)
             .map(|part| Settings {
                 samples_per_pixel: per_part,
+                sample_limit: per_part,
                 adaptive: None,
                 technique_images: false,
                 seed: hash(base.settings.seed, u64::MAX, u64::from(part), 0),

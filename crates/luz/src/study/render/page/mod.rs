@@ -8,7 +8,7 @@ mod words;
 use super::ReferenceOrigin;
 use super::outcome::{Outcome, VariantOutcome};
 use crate::study::html::{Finding, Page, download, escape, findings, paragraph, warning};
-use crate::study::number::{duration, factor, percent, si, significant};
+use crate::study::number::{duration, factor, percent, significant};
 use crate::study::statistics::Interval;
 use crate::study::table::{Cell, Table};
 use luz_image::{ImageError, ToneMap};
@@ -85,7 +85,11 @@ impl Outcome {
                 let next = others.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
                 out.push(Finding {
                     figure: first.name.clone(),
-                    what: "is the most efficient".to_owned(),
+                    what: match next {
+                        Some((_, interval)) if interval.high >= 1.0 => "leads in efficiency, but not for sure",
+                        _ => "is the most efficient",
+                    }
+                    .to_owned(),
                     remark: next
                         .map_or(String::new(), |(v, i)| format!("next: {}, {}", v.name, with_interval(&i, factor))),
                 });
@@ -115,7 +119,7 @@ impl Outcome {
             ReferenceOrigin::File { path } => {
                 path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
             }
-            ReferenceOrigin::Rendered { samples, .. } => format!("{} samples per pixel", si(f64::from(*samples))),
+            ReferenceOrigin::Rendered { samples, .. } => format!("{samples} samples per pixel"),
         };
         out.push(match self.reference.own_error {
             Some(own) => Finding {
@@ -132,7 +136,8 @@ impl Outcome {
         out
     }
 
-    fn warnings(&self) -> Vec<String> {
+    /// What nobody should overlook who reads the numbers, in whole sentences.
+    pub fn warnings(&self) -> Vec<String> {
         let mut out = Vec::new();
         if self.interrupted {
             out.push(format!(
@@ -183,7 +188,7 @@ impl Outcome {
         let setup = &self.setup;
         let mut out = String::new();
         if let Some(command) = &options.command {
-            out += &format!("<pre><code>{}</code></pre>\n", escape(command));
+            out += &format!("<pre tabindex=\"0\"><code>{}</code></pre>\n", escape(command));
         }
         out += &paragraph(
             "With each seed, all variants are rendered in turns, pass by pass, so that whatever else the machine does meets all of them \
@@ -215,6 +220,13 @@ impl Outcome {
                 "Pixels",
                 format!("{} × {}, of a frame of {} × {}", size[0], size[1], setup.resolution[0], setup.resolution[1]),
             ),
+            row(
+                "As it stands",
+                format!(
+                    "sampler {}, {} samples per pixel, max-depth {}, seed {}",
+                    setup.sampler, setup.samples_per_pixel, setup.max_depth, setup.seed
+                ),
+            ),
             row("Threads", setup.threads.to_string()),
             row("Instructions", setup.simd.clone()),
             row("Seeds", format!("{} of {}", self.seeds_done(), setup.seeds)),
@@ -230,7 +242,8 @@ impl Outcome {
             rows.push(row(&axis.name, axis.values.join(", ")));
         }
         let columns = vec!["Setting".to_owned(), "Value".to_owned()];
-        out += &format!("<div class=\"setup\">{}</div>\n", Table { caption: String::new(), columns, rows }.html());
+        out +=
+            &format!("<div class=\"setup\">{}</div>\n", Table { caption: "Settings".to_owned(), columns, rows }.html());
         out += "<p>All measured points, to be saved:</p>\n";
         out += &download(&format!("{}.csv", options.name), "text/csv", self.to_csv().as_bytes());
         if let Ok(json) = self.to_json() {

@@ -4,7 +4,7 @@ use super::super::outcome::{Outcome, VariantOutcome, VariantSummary};
 use super::words::{name_cell, with_interval, with_spread};
 use crate::study::chart::{Bar, bars};
 use crate::study::html::note;
-use crate::study::number::{duration, percent, si, significant};
+use crate::study::number::{duration, si, significant};
 use crate::study::statistics::Interval;
 use crate::study::table::{Cell, Table};
 
@@ -40,16 +40,20 @@ impl Outcome {
             let slope = s.slopes_by_samples[0].map_or("–".to_owned(), |i| with_spread(&i));
             vec![slope, brightness, bias, si(s.paths_per_second), si(s.rays_per_second)]
         };
-        let table = |columns: [&str; 6], cells: &dyn Fn(usize, &VariantSummary) -> Vec<String>| {
+        let table = |caption: &str, columns: [&str; 6], cells: &dyn Fn(usize, &VariantSummary) -> Vec<String>| {
             let row = |(style, variant): (usize, &VariantOutcome)| {
                 let numbers = cells(style, &variant.summary).into_iter().map(Cell::number);
                 [name_cell(style, &variant.name)].into_iter().chain(numbers).collect()
             };
             let rows = self.variants.iter().enumerate().map(row).collect();
-            Table { caption: String::new(), columns: columns.map(str::to_owned).to_vec(), rows }.html()
+            Table { caption: caption.to_owned(), columns: columns.map(str::to_owned).to_vec(), rows }.html()
         };
-        table(["Variant", "Samples", "Seconds", "MSE", "relMSE", "Efficiency"], &errors)
-            + &table(["Variant", "Slope", "Brightness", "Bias² / MSE", "Paths/s", "Rays/s"], &more)
+        table("Errors and efficiencies", ["Variant", "Samples", "Seconds", "MSE", "relMSE", "Efficiency"], &errors)
+            + &table(
+                "Convergence, bias, speed",
+                ["Variant", "Slope", "Brightness", "Bias² / MSE", "Paths/s", "Rays/s"],
+                &more,
+            )
             + &note(
                 "Means over the seeds. Brightness is the mean of the picture relative to the reference's, with the uncertainty of both. \
                  Bias² is the part of the MSE that is the same for all seeds; without bias it scatters around zero (its interval takes pixels as independent).",
