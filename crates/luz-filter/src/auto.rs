@@ -6,21 +6,21 @@ use crate::pattern::{self, PHASES, Pattern};
 use crate::plan::{Frame, Plan};
 use crate::tile::{Area, Layout};
 use crate::worker::{Compiled, Worker};
-use crate::{Density, FilterError, Method, Precision, SampleCount, Sampling, Strategy};
+use crate::{Density, FilterError, Method, Precision, SampleCount, Sampling, Strategy, cosines};
 
 /// What was chosen.
 pub(crate) struct Choice {
     pub method: Method,
-    /// In dB, as measured on the pixels that were tried.
-    pub quality: f64,
+    /// In dB, as measured on the pixels that were tried; none for methods that needn't be.
+    pub quality: Option<f64>,
 }
 
 /// Runs of pixels that are tried.
-const RUNS: usize = 128;
+const RUNS: usize = 192;
 /// The width of a run in pixels, of which each phase has as many as fit in a vector.
 const RUN: usize = 64;
 /// How many standard errors the mean squared error may be worse than measured.
-const CAUTION: f64 = 1.0;
+const CAUTION: f64 = 2.0;
 /// The time for a neighbour of the exact filter relative to one of the sampled filter.
 const EXACT_COST: f64 = 1.5;
 
@@ -30,14 +30,14 @@ const EXACT_COST: f64 = 1.5;
 /// takes long, against many samples), for more and more samples until the quality is reached. The number that just reaches
 /// it is interpolated: the logarithm of the error is nearly linear in that of the number.
 pub(crate) fn choose(plan: &Plan<'_>, window: &[Option<Frame<'_>>], quality: f64) -> Result<Choice, FilterError> {
-    let exact = Choice { method: Method::Exact, quality: f64::INFINITY };
     let all = plan.window.pixels();
     let image = plan.frame.image;
     if image.width() < PHASES || all < 64 || image.width() * image.height() < RUNS * RUN {
-        return Ok(exact);
+        return Ok(Choice { method: Method::Exact, quality: None });
     }
     let precision = match quality {
-        q if q <= 56.0 => Precision::Fast,
+        q if q <= 54.0 => Precision::Half,
+        q if q <= 57.0 => Precision::Fast,
         q if q <= 75.0 => Precision::Fine,
         _ => Precision::Full,
     };
@@ -45,45 +45,63 @@ pub(crate) fn choose(plan: &Plan<'_>, window: &[Option<Frame<'_>>], quality: f64
     plan.lay_out(precision)?;
     let target = 10f64.powf(-quality / 10.0);
     let areas = areas(&plan);
-    let sampling = |count: usize| Sampling {
+    let sampling = |count: f64| Sampling {
         strategy: Strategy::Vogel,
-        samples: SampleCount::Count(count as u32),
+        samples: SampleCount::Count(count.ceil() as u32),
         density: Density::Gaussian,
         regression: false,
         precision,
+    };
+    let trial = |count: f64, reference: &Reference| {
+        let patterns = pattern::sampled(&plan.window, &sampling(count), plan.filter.seed);
+        let results = results(&plan, window, &areas, &patterns)?;
+        Ok::<_, FilterError>(error(&results, &reference.results))
+    };
+    let cosines = if window.len() == 1 { cosines::cost(&plan, quality) } else { None };
+    let most = cosines.unwrap_or(f64::INFINITY).min(all as f64 * EXACT_COST);
+    let otherwise = || match cosines {
+        Some(cost) if cost <= all as f64 * EXACT_COST => Choice { method: Method::Cosines { quality }, quality: None },
+        _ => Choice { method: Method::Exact, quality: None },
     };
     let mut reference = Reference { neighbours: 0, results: Vec::new() };
     let mut before: Option<(f64, f64)> = None;
     let mut count = (0.5 * f64::from(2 * plan.window.radius as u32 + 1)).max(12.0);
     loop {
-        if count * 1.1 > all as f64 * EXACT_COST.min(1.0) {
-            return Ok(exact);
+        // Half the last count has failed.
+        if 0.5 * count > most || count > all as f64 {
+            return Ok(otherwise());
         }
         // The reference's own error adds to that which is measured: 6 times as many samples have a tenth of it.
         reference.refine(&plan, window, &areas, (6.0 * count) as usize)?;
-        let results = results(
-            &plan,
-            window,
-            &areas,
-            &pattern::sampled(&plan.window, &sampling(count as usize), plan.filter.seed),
-        )?;
-        let (mse, bound) = error(&results, &reference.results);
+        let (mse, bound) = trial(count, &reference)?;
         if bound <= target {
-            // Between the last two counts.
-            let chosen = match before {
+            let fewest = match before {
                 Some((fewer, worse)) => {
                     let slope = (bound / worse).ln() / (count / fewer).ln();
                     (fewer.ln() + (target / worse).ln() / slope).exp().clamp(fewer, count)
                 }
                 None => count,
             };
-            let slope = before.map_or(1.0, |(fewer, worse)| (bound / worse).ln() / (count / fewer).ln());
-            let predicted = mse * (chosen / count).powf(slope);
-            if chosen > all as f64 * EXACT_COST {
-                return Ok(exact);
+            if fewest > most {
+                return Ok(otherwise());
             }
-            let method = Method::Sampled(sampling(chosen.ceil() as usize));
-            return Ok(Choice { method, quality: -10.0 * predicted.log10() });
+            // The number is tried, too: errors are not quite a smooth function of it.
+            let mut chosen = fewest;
+            let mut quality = mse;
+            while chosen < count {
+                let (mse, bound) = trial(chosen, &reference)?;
+                if bound <= target {
+                    quality = mse;
+                    break;
+                }
+                chosen = (chosen * 1.1).min(count);
+            }
+            let method = Method::Sampled(sampling(chosen));
+            return Ok(Choice { method, quality: Some(-10.0 * quality.log10()) });
+        }
+        // Errors fall with about the power −1.2 of the number.
+        if count * (bound / target).powf(1.0 / 1.2) > 1.5 * most {
+            return Ok(otherwise());
         }
         before = Some((count, bound));
         count *= 2.0;
@@ -182,8 +200,9 @@ fn results(
                 .map(|(i, area)| {
                     let mut worker = Worker::new(plan, layout, &compiled[i % phases]);
                     worker.load(window, &frames, area);
-                    worker.filter(area);
-                    worker.result
+                    let mut result = vec![0.0; area.width * plan.values.1];
+                    worker.filter(area, &mut [&mut result]);
+                    result
                 })
                 .collect()
         })

@@ -9,11 +9,11 @@
 use luz_image::Image;
 
 use crate::pattern::{self, Window};
-use crate::plan::{Frame, Plan};
+use crate::plan::{Content, Plan};
 use crate::run;
 use crate::simd::{CosinePass, CosineTerm, Level, RowJob};
 use crate::tile::{Area, Layout};
-use crate::worker::Worker;
+use crate::worker::{Rows, Worker};
 use crate::{FilterError, Precision, Progress, Report};
 
 /// Why the method can't be used for a plan, if so.
@@ -27,19 +27,50 @@ pub(crate) fn obstacle(plan: &Plan<'_>) -> Option<&'static str> {
     }
 }
 
-/// About how many neighbours of a sampled filter take the time of this method.
-pub(crate) fn cost(quality: f64) -> f64 {
-    500.0 * terms(quality) as f64 / 5.0
+/// About how many neighbours of a sampled filter take the time of this method; none where the method can't be used.
+pub(crate) fn cost(plan: &Plan<'_>, quality: f64) -> Option<f64> {
+    if obstacle(plan).is_some() {
+        return None;
+    }
+    let source = plan.sources.iter().find(|source| source.plane == plan.groups[0].plane)?;
+    let Content::Channels { scale, factor, .. } = source.content else { return None };
+    let values = plan.frame.input(source.input).data();
+    let usable = values.iter().filter(|v| v.is_finite());
+    let (low, high) = usable.fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+    let span = f64::from(factor * (scale.forward(high) - scale.forward(low))).max(0.0);
+    let (_, amplitudes) =
+        range_terms(GUIDE_SIGMA * f64::from(plan.precision.unit()).sqrt(), span, range_error(quality));
+    let filters = (2 * amplitudes.len() - 1) * (1 + plan.values.1);
+    let margin = 1.0 + 2.0 * plan.window.radius as f64 / SIDE as f64;
+    Some(FILTER_COST * filters as f64 * terms(&plan.window, quality) as f64 / 4.0 * margin * margin)
 }
 
-/// The number of spatial cosines for a quality in dB.
-fn terms(quality: f64) -> usize {
+/// The time for a spatial filter by four cosines relative to that for a neighbour, measured.
+const FILTER_COST: f64 = 28.0;
+/// The side of a tile in pixels.
+const SIDE: usize = 256;
+/// The width of the range Gaussian on the scale of the planes.
+const GUIDE_SIGMA: f64 = 0.849_321_800_288_019_1;
+
+/// The number of spatial cosines for a quality in dB. Three don't fit small windows.
+fn terms(window: &Window, quality: f64) -> usize {
     match quality {
-        q if q <= 50.0 => 4,
-        q if q <= 65.0 => 5,
+        q if q <= 85.0 && window.radius < 8 => 4,
+        q if q <= 60.0 => 3,
+        q if q <= 85.0 => 4,
+        q if q <= 95.0 => 5,
         _ => 6,
     }
 }
+
+/// The largest error of the range Gaussian for a quality in dB. Errors are relative to the sum over the window; few pixels
+/// have much less weight than that (see [`LEAST_WEIGHT`]), and errors of opposite signs cancel.
+fn range_error(quality: f64) -> f64 {
+    (0.2 * 10f64.powf(-quality / 20.0)).clamp(1e-7, 1e-3)
+}
+
+/// Pixels with less than this part of the window's weight are filtered exactly.
+const LEAST_WEIGHT: f64 = 0.01;
 
 /// Filters the plan's frame to a quality in dB.
 pub(crate) fn filter(
@@ -53,7 +84,7 @@ pub(crate) fn filter(
     }
     let mut plan = plan.clone();
     plan.lay_out(Precision::Full)?;
-    let spatial = spatial_terms(&plan.window, terms(quality));
+    let spatial = spatial_terms(&plan.window, terms(&plan.window, quality));
     report.samples_per_pixel = f64::NAN;
     let settings = Settings { spatial, quality };
     let extra = |layout: &Layout| {
@@ -62,8 +93,8 @@ pub(crate) fn filter(
         (8 + 2 * plan.values.1) * tile * 4
     };
     let patterns = [pattern::window(&plan.window)];
-    run::tiles(&plan, &patterns, &[Some(plan.frame)], report, progress, 256, extra, |worker, area| {
-        filter_area(worker, area, &settings)
+    run::tiles(&plan, &patterns, &[Some(plan.frame)], report, progress, SIDE, extra, |worker, area, out| {
+        filter_area(worker, area, &settings, out)
     })
 }
 
@@ -137,8 +168,8 @@ fn range_terms(sigma: f64, span: f64, error: f64) -> (f64, Vec<f64>) {
     (TAU / period, (0..=count).map(amplitude).collect())
 }
 
-/// Filters the area of the loaded tile into the worker's result. Returns how many pixels were excluded.
-fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64 {
+/// Filters the area of the loaded tile. Returns how many pixels were excluded.
+fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings, out_rows: &mut Rows<'_>) -> u64 {
     let (plan, layout) = (worker.plan, worker.tile.layout);
     let (level, r, values) = (plan.level, plan.window.radius, plan.values.1);
     let (width, height) = (area.width + 2 * r, area.height + 2 * r);
@@ -161,9 +192,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64
         .filter(|(_, used)| **used)
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), (&g, _)| (a.min(g), b.max(g)));
     let span = f64::from(high - low).max(0.0);
-    let sigma = (0.5 * std::f64::consts::LOG2_E).sqrt();
-    let rms = 10f64.powf(-settings.quality / 20.0);
-    let (frequency, amplitudes) = range_terms(sigma, span, (3e-3 * rms).clamp(1e-7, 1e-3));
+    let (frequency, amplitudes) = range_terms(GUIDE_SIGMA, span, range_error(settings.quality));
 
     // Values relative to their mean, so that errors of the weights matter less.
     let mut means = vec![0.0f32; values];
@@ -206,7 +235,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64
 
     // The window's sum, against which errors of the weights are to be seen.
     let whole: f64 = (0..=2 * r).map(|j| (-0.5 * ((j as f64 - r as f64) / plan.window.sigma).powi(2)).exp()).sum();
-    let least = (3e-3 * whole * whole) as f32;
+    let least = (LEAST_WEIGHT * whole * whole) as f32;
     let mut rows = vec![0.0f32; RowJob::BLOCK.max(area.width.next_multiple_of(RowJob::BLOCK)) * values];
     let mut exact = vec![0.0f32; RowJob::BLOCK * values];
     let mut excluded = 0;
@@ -228,7 +257,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings) -> u64
                 }
             }
         }
-        excluded += worker.put_row(area, [0, y], 1, &rows, stride);
+        excluded += worker.put_row(area, [0, y], 1, &rows, stride, out_rows);
     }
     excluded
 }
@@ -244,6 +273,7 @@ struct Spatial<'a> {
     /// Of the results, rounded up.
     columns: usize,
     terms: &'a [CosineTerm],
+    start: Vec<f32>,
     turned: Vec<f32>,
     filtered: Vec<f32>,
 }
@@ -259,6 +289,7 @@ impl<'a> Spatial<'a> {
             input_columns,
             columns,
             terms,
+            start: CosinePass::start(terms, radius),
             turned: vec![0.0; input_columns * rows],
             filtered: vec![0.0; rows * columns],
         }
@@ -273,6 +304,7 @@ impl<'a> Spatial<'a> {
             rows: self.height,
             radius: self.radius,
             terms: self.terms,
+            start: &self.start,
             to: &mut self.turned,
             stride: rows,
         });
@@ -282,6 +314,7 @@ impl<'a> Spatial<'a> {
             rows: self.width,
             radius: self.radius,
             terms: self.terms,
+            start: &self.start,
             to: &mut self.filtered,
             stride: self.columns,
         });
@@ -294,11 +327,6 @@ impl<'a> Spatial<'a> {
     }
 }
 
-/// Whether the frame's guide has a single channel, so that the method can be tried.
-pub(crate) fn suits(plan: &Plan<'_>, window: &[Option<Frame<'_>>]) -> bool {
-    window.len() == 1 && obstacle(plan).is_none()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,7 +335,10 @@ mod tests {
     fn sums_of_cosines_fit_the_spatial_gaussian() {
         for sigma in [0.3, 1.0, 4.0, 33.3] {
             let window = Window { sigma, radius: (2.5 * sigma).ceil() as usize, sigma_frames: 1.0, frame_radius: 0 };
-            for (count, bound) in [(4, 2e-4), (5, 5e-5), (6, 1e-6)] {
+            for (count, bound) in [(3, 1e-2), (4, 2e-4), (5, 5e-5), (6, 1e-6)] {
+                if count == 3 && window.radius < 8 {
+                    continue;
+                }
                 let terms = spatial_terms(&window, count);
                 for j in 0..=window.radius {
                     let sum: f64 = terms.iter().map(|t| t.amplitude * (t.frequency * j as f64).cos()).sum();

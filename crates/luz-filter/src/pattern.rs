@@ -115,6 +115,7 @@ fn sampled_member(axes: &[Axis; 3], window: &Window, sampling: &Sampling, seed: 
     };
     // By frames, rows and columns: near in memory, and equal ones together.
     let mut offsets: Vec<[i32; 3]> = drawn
+        .points
         .iter()
         .map(|point| {
             [2, 1, 0].map(|d: usize| if d < dimensions { axes[d].pixel(point[d], sampling.density) } else { 0 })
@@ -126,7 +127,7 @@ fn sampled_member(axes: &[Axis; 3], window: &Window, sampling: &Sampling, seed: 
         let [t, y, x] = same[0];
         let log2 =
             axes[0].log2_ratio(x) + axes[1].log2_ratio(y) + if dimensions > 2 { axes[2].log2_ratio(t) } else { 0.0 };
-        pattern.push([x, y, t], log2 + (same.len() as f64 / count as f64).log2());
+        pattern.push([x, y, t], log2 + (same.len() as f64 / drawn.expected_count).log2());
     }
     pattern
 }

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 ///
 /// Nearby pixels have estimates of independent neighbours, and an edge-aware filter is locally about linear in the image;
 /// so the fit has less variance. Where it isn't linear, the fit is biased: therefore halfway. `sigma_range` says which
-/// differences of the image are small.
-pub(crate) fn fit(image: &Image, estimate: &Image, sigma_range: f32) -> Vec<f32> {
+/// differences of the image are small; pixels with a value beyond `largest` have no part.
+pub(crate) fn fit(image: &Image, estimate: &Image, sigma_range: f32, largest: f32) -> Vec<f32> {
     let (width, height, n) = (image.width(), image.height(), image.channel_count());
     let flat = (0.1 * sigma_range).powi(2);
     let mut fitted = vec![0.0f32; estimate.data().len()];
@@ -27,15 +27,16 @@ pub(crate) fn fit(image: &Image, estimate: &Image, sigma_range: f32) -> Vec<f32>
                     for nx in left..=right {
                         let v = image.data()[at(nx, ny)];
                         let change = estimate.data()[at(nx, ny)] - v;
+                        let usable = v.abs() <= largest && change.is_finite();
                         let v = v - value;
-                        if v.is_finite() && change.is_finite() {
+                        if usable {
                             sums =
                                 [sums[0] + 1.0, sums[1] + v, sums[2] + change, sums[3] + v * v, sums[4] + v * change];
                         }
                     }
                 }
                 let [count, v, change, vv, vc] = sums;
-                row[x * n + c] = if count > 0.0 {
+                row[x * n + c] = if count > 0.0 && value.abs() <= largest {
                     let (v, change) = (v / count, change / count);
                     let slope = (vc / count - v * change) / ((vv / count - v * v).max(0.0) + flat);
                     0.5 * (result + value + change - slope * v)

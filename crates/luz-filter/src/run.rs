@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use luz_image::Image;
 
 use crate::pattern::{self, Pattern};
-use crate::plan::{Frame, Plan, check};
+use crate::plan::{Frame, LARGEST, Plan, check};
 use crate::tile::{Area, Layout};
-use crate::worker::{Compiled, Worker};
-use crate::{FilterError, Filtered, Method, Progress, Report, auto, cosines, regression};
+use crate::worker::{Compiled, Rows, Worker};
+use crate::{FilterError, Filtered, Method, Progress, Report, SampleCount, auto, cosines, regression};
 
 /// Filters the plan's image.
 pub(crate) fn image(plan: &Plan<'_>, progress: &(dyn Fn(Progress) + Sync)) -> Result<Filtered, FilterError> {
@@ -37,7 +37,7 @@ pub(crate) fn video(
     if let Method::Auto { quality } = method {
         check("the quality in dB", quality as f32, 0.0, 200.0)?;
         let choice = auto::choose(plan, window, quality)?;
-        report.measured_quality = Some(choice.quality);
+        report.measured_quality = choice.quality;
         method = choice.method;
     }
     let image = by_method(plan, method, window, &mut report, progress)?;
@@ -62,6 +62,12 @@ fn by_method(
         report.samples_per_pixel = samples_per_pixel(&patterns);
         return filter(plan, &patterns, window, report, progress);
     };
+    let count = match sampling.samples {
+        SampleCount::Count(n) => ("the number of samples", n as f32),
+        SampleCount::Windows(c) => ("the number of samples in window widths", c),
+    };
+    let (least, most) = if matches!(sampling.samples, SampleCount::Count(_)) { (1.0, 1e6) } else { (1e-3, 1e3) };
+    check(count.0, count.1, least, most)?;
     if sampling.regression && !plan.frame.guides.is_empty() {
         let reason = "results are fitted to the image, but guides decide here; switch the regression off".to_owned();
         return Err(FilterError::Unsuitable { method: "the sampled filter with regression", reason });
@@ -72,7 +78,7 @@ fn by_method(
     report.samples_per_pixel = samples_per_pixel(&patterns);
     let mut result = filter(&plan, &patterns, window, report, progress)?;
     if sampling.regression {
-        let fitted = regression::fit(plan.frame.image, &result, plan.filter.range.sigma);
+        let fitted = regression::fit(plan.frame.image, &result, plan.filter.range.sigma, LARGEST / plan.value_factor);
         report.scratch_bytes = report.scratch_bytes.max(fitted.len() * 4);
         result.data_mut().copy_from_slice(&fitted);
     }
@@ -93,7 +99,7 @@ fn filter(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Image, FilterError> {
     let side = (4 * plan.window.radius).clamp(256, 512);
-    tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area| worker.filter(area))
+    tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area, out| worker.filter(area, out))
 }
 
 /// Filters tile by tile, each at most `side` pixels wide and high: `filter` does it for an area that is loaded, using
@@ -106,7 +112,7 @@ pub(crate) fn tiles(
     progress: &(dyn Fn(Progress) + Sync),
     side: usize,
     extra: impl Fn(&Layout) -> usize,
-    filter: impl Fn(&mut Worker<'_>, &Area) -> u64 + Sync,
+    filter: impl Fn(&mut Worker<'_>, &Area, &mut Rows<'_>) -> u64 + Sync,
 ) -> Result<Image, FilterError> {
     let phases = patterns.len().isqrt();
     let image = plan.frame.image;
@@ -124,7 +130,14 @@ pub(crate) fn tiles(
     let (across, down) = (width.div_ceil(layout.width), height.div_ceil(layout.height));
     let tiles = across * down;
     let mut samples = vec![0.0f32; width * height * channels];
-    let bands: Vec<Mutex<&mut [f32]>> = samples.chunks_mut(layout.height * width * channels).map(Mutex::new).collect();
+    // Each tile's part of each row.
+    let mut parts: Vec<Vec<&mut [f32]>> = (0..tiles).map(|_| Vec::with_capacity(layout.height)).collect();
+    for (y, row) in samples.chunks_exact_mut(width * channels).enumerate() {
+        for (column, part) in row.chunks_mut(layout.width * channels).enumerate() {
+            parts[y / layout.height * across + column].push(part);
+        }
+    }
+    let parts: Vec<Mutex<Vec<&mut [f32]>>> = parts.into_iter().map(Mutex::new).collect();
     let (next, done, excluded) = (AtomicUsize::new(0), AtomicU64::new(0), AtomicU64::new(0));
 
     let work = || {
@@ -137,19 +150,16 @@ pub(crate) fn tiles(
             let (x, y) = (tile % across * layout.width, tile / across * layout.height);
             let area = Area { x, y, width: layout.width.min(width - x), height: layout.height.min(height - y) };
             worker.load(frames, &existing, &area);
-            excluded.fetch_add(filter(&mut worker, &area), Ordering::Relaxed);
-            let row = area.width * channels;
-            if let Ok(mut band) = bands[tile / across].lock() {
-                for (from, to) in worker.result.chunks_exact(row).zip(band.chunks_exact_mut(width * channels)) {
-                    to[x * channels..][..row].copy_from_slice(from);
-                }
+            // Nobody else wants it.
+            if let Ok(mut rows) = parts[tile].lock() {
+                excluded.fetch_add(filter(&mut worker, &area, &mut rows), Ordering::Relaxed);
             }
             let pixels = (area.width * area.height) as u64;
             let done = done.fetch_add(pixels, Ordering::Relaxed) + pixels;
             progress(Progress { done, total: (width * height) as u64 });
         }
     };
-    let bytes = layout.bytes(plan) + layout.width * layout.height * channels * 4 + extra(&layout);
+    let bytes = layout.bytes(plan) + extra(&layout);
     let budget = (2 * width * height * channels * 4 / bytes).max(1);
     let workers = rayon::current_num_threads().min(budget).min(tiles);
     if workers == 1 {
@@ -157,7 +167,7 @@ pub(crate) fn tiles(
     } else {
         rayon::scope(|scope| (0..workers).for_each(|_| scope.spawn(|_| work())));
     }
-    drop(bands);
+    drop(parts);
     report.excluded_pixels = excluded.into_inner();
     report.scratch_bytes = report.scratch_bytes.max(workers * bytes);
     let mut result = Image::from_data(width, height, image.channels().iter().cloned(), samples)?;

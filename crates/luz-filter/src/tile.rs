@@ -49,7 +49,8 @@ impl Layout {
     /// The bytes of a tile and what it needs for loading.
     pub fn bytes(&self, plan: &Plan<'_>) -> usize {
         let line = (self.width + 2 * self.margin) * (4 * plan.widest_source() + 1);
-        self.samples().unwrap_or(usize::MAX / 8).saturating_mul(4).saturating_add(line)
+        let sample = if plan.precision == crate::Precision::Half { 6 } else { 4 };
+        self.samples().unwrap_or(usize::MAX / 8).saturating_mul(sample).saturating_add(line)
     }
 
     /// Where the sample of column `x` and row `y` of the tile, margins included, is in its plane.
@@ -88,6 +89,8 @@ pub(crate) struct Tile {
     pub planes: Vec<f32>,
     /// Whether a pixel of the image was excluded.
     pub has_excluded: bool,
+    /// The largest absolute sample that was loaded; infinite where something was excluded.
+    pub largest: f32,
     /// A row of a source as planes, from the first column inside the image to the last.
     line: Vec<f32>,
     bad: Vec<bool>,
@@ -100,6 +103,7 @@ impl Tile {
             layout,
             planes: vec![0.0; layout.samples().unwrap_or(0)],
             has_excluded: false,
+            largest: 0.0,
             line: vec![0.0; columns * plan.widest_source()],
             bad: vec![false; columns],
         }
@@ -153,39 +157,47 @@ impl Tile {
             };
             if let Some(factor) = factor.filter(|_| n <= 4096) {
                 for c in 0..n {
-                    largest += distribute(
-                        plan,
-                        &self.layout,
-                        &mut self.planes,
-                        base,
-                        source.plane + c,
-                        inside.column,
-                        &samples[c..],
-                        n,
-                        factor,
+                    largest = worst(
+                        largest,
+                        distribute(
+                            plan,
+                            &self.layout,
+                            &mut self.planes,
+                            base,
+                            source.plane + c,
+                            inside.column,
+                            &samples[c..],
+                            n,
+                            factor,
+                        ),
                     );
                 }
             } else {
                 let line = &mut self.line[..source.planes * count];
                 load_source(source, samples, n, line, &mut self.bad[..count]);
                 for (c, line) in line.chunks_exact(count).enumerate() {
-                    largest += distribute(
-                        plan,
-                        &self.layout,
-                        &mut self.planes,
-                        base,
-                        source.plane + c,
-                        inside.column,
-                        line,
-                        1,
-                        1.0,
+                    largest = worst(
+                        largest,
+                        distribute(
+                            plan,
+                            &self.layout,
+                            &mut self.planes,
+                            base,
+                            source.plane + c,
+                            inside.column,
+                            line,
+                            1,
+                            1.0,
+                        ),
                     );
                 }
             }
         }
         if largest <= LARGEST && !self.bad[..count].contains(&true) {
+            self.largest = self.largest.max(largest);
             return;
         }
+        self.largest = f32::INFINITY;
         // Something can't be used, perhaps: look at each pixel.
         for source in &plan.sources {
             let image = frame.input(source.input);
@@ -260,9 +272,14 @@ fn distribute(
     for phase in 0..phases.min(count) {
         let to = base + plane * layout.plane_size + layout.index(column + phase, 0);
         let to = &mut planes[to..][..(count - phase).div_ceil(phases)];
-        largest += plan.level.spread(&samples[phase * stride..], phases * stride, factor, to);
+        largest = worst(largest, plan.level.spread(&samples[phase * stride..], phases * stride, factor, to));
     }
     largest
+}
+
+/// The larger of two numbers that aren't negative; NaN if one of them is.
+fn worst(a: f32, b: f32) -> f32 {
+    if b <= a { a } else { b + 0.0 * a }
 }
 
 /// Excludes the pixel of a column.

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use crate::pattern::Pattern;
 use crate::plan::{Frame, Opacity, Plan};
-use crate::simd::RowJob;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::HalfRowJob;
+use crate::simd::{Metric, RowJob};
 use crate::tile::{Area, Layout, Tile};
 use crate::{Precision, Scale};
 
@@ -14,6 +16,8 @@ pub(crate) struct Compiled {
     exponents: Vec<f32>,
     reach: (i32, i32),
     centre_weight: f32,
+    /// The exponents as halves, each twice.
+    halves: Vec<u32>,
 }
 
 impl Compiled {
@@ -21,8 +25,14 @@ impl Compiled {
     pub fn new(pattern: &Pattern, layout: &Layout, phase: [usize; 2], precision: Precision) -> Self {
         let offsets: Vec<i32> = pattern.offsets.iter().map(|&o| layout.offset(phase, o)).collect();
         let reach = offsets.iter().fold((0, 0), |(a, b), &o| (o.min(a), o.max(b)));
-        let exponents = pattern.log2_weights.iter().map(|&w| precision.exponent(w)).collect();
-        Self { offsets, exponents, reach, centre_weight: pattern.centre_weight as f32 }
+        // The largest weight is one, so that sums in half precision are of a known size.
+        let largest = pattern.log2_weights.iter().fold(0.0f64, |a, &b| a.max(b));
+        let shift = if precision == Precision::Half { largest } else { 0.0 };
+        let exponents: Vec<f32> = pattern.log2_weights.iter().map(|&w| precision.exponent(w - shift)).collect();
+        let twice = |v: &f32| u32::from(half::f16::from_f32(*v).to_bits()) * 0x0001_0001;
+        let halves = if precision == Precision::Half { exponents.iter().map(twice).collect() } else { Vec::new() };
+        let centre_weight = (pattern.centre_weight * (-shift).exp2()) as f32;
+        Self { offsets, exponents, reach, centre_weight, halves }
     }
 }
 
@@ -31,11 +41,14 @@ pub(crate) struct Worker<'a> {
     pub plan: &'a Plan<'a>,
     compiled: &'a [Compiled],
     pub tile: Tile,
+    /// The tile in half precision, if it can be used.
+    halves: Vec<u16>,
     /// The values of a row of one phase, as planes.
     row: Vec<f32>,
-    /// The area's filtered pixels.
-    pub result: Vec<f32>,
 }
+
+/// Where the rows of an area go: the interleaved samples of each.
+pub(crate) type Rows<'r> = [&'r mut [f32]];
 
 impl<'a> Worker<'a> {
     /// With a pattern for each phase of the layout.
@@ -45,14 +58,14 @@ impl<'a> Worker<'a> {
             plan,
             compiled,
             tile: Tile::new(layout, plan),
+            halves: Vec::new(),
             row: vec![0.0; columns * plan.values.1],
-            result: Vec::new(),
         }
     }
 
     /// Loads an area with the frames of a window that exist.
     pub fn load(&mut self, window: &[Option<Frame<'_>>], existing: &RangeInclusive<i32>, area: &Area) {
-        self.tile.has_excluded = false;
+        (self.tile.has_excluded, self.tile.largest) = (false, 0.0);
         let (middle, r) = ((window.len() / 2) as i32, self.plan.window.frame_radius as i32);
         for t in existing.clone() {
             if let Some(frame) = &window[(middle + t) as usize] {
@@ -61,21 +74,70 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Filters the area of the loaded tile into [`Self::result`]. Returns how many pixels were excluded.
-    pub fn filter(&mut self, area: &Area) -> u64 {
+    /// Filters the area of the loaded tile. Returns how many pixels were excluded.
+    pub fn filter(&mut self, area: &Area, out: &mut Rows<'_>) -> u64 {
         let phases = self.tile.layout.phases;
         let mut row = std::mem::take(&mut self.row);
+        let halves = self.use_halves();
         let mut excluded = 0;
         for y in 0..area.height {
             for x in 0..phases.min(area.width) {
                 let columns = (area.width - x).div_ceil(phases);
-                let job = self.job(&self.compiled[y % phases * phases + x], [x, y], columns);
-                self.plan.level.filter_row(&job, &mut row);
-                excluded += self.put_row(area, [x, y], phases, &row, columns.next_multiple_of(RowJob::BLOCK));
+                let pattern = &self.compiled[y % phases * phases + x];
+                if halves {
+                    self.filter_half_row(pattern, [x, y], columns, &mut row);
+                } else {
+                    self.plan.level.filter_row(&self.job(pattern, [x, y], columns), &mut row);
+                }
+                let stride = columns.next_multiple_of(RowJob::BLOCK);
+                excluded += self.put_row(area, [x, y], phases, &row, stride, out);
             }
         }
         self.row = row;
         excluded
+    }
+
+    /// Converts the tile to half precision if that is wanted and can be used.
+    fn use_halves(&mut self) -> bool {
+        /// Sums of squares may overflow, differences and sums of products not.
+        const LARGEST_SCALED: f32 = 5000.0;
+        const LARGEST_VALUE: f32 = 2.0;
+        let plan = self.plan;
+        let alone = plan.groups.len() == 1 && plan.groups[0].metric == Metric::L2 && plan.groups[0].factor.is_none();
+        let usable = plan.precision == Precision::Half
+            && plan.level.has_half_precision()
+            && alone
+            && (plan.groups[0].plane, plan.groups[0].channels) == plan.values
+            && plan.values.1 <= 3
+            && self.tile.largest <= LARGEST_SCALED.min(LARGEST_VALUE * plan.value_factor);
+        if usable {
+            self.halves.resize(self.tile.planes.len(), 0);
+            plan.level.convert_to_half(&self.tile.planes, &mut self.halves);
+        }
+        usable
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn filter_half_row(&self, pattern: &Compiled, [x, y]: [usize; 2], columns: usize, row: &mut [f32]) {
+        let (plan, plane_size) = (self.plan, self.tile.layout.plane_size);
+        let job = HalfRowJob {
+            planes: &self.halves,
+            plane_size,
+            channels: plan.values.1,
+            centre: self.place(x, y) + plan.values.0 * plane_size,
+            columns,
+            offsets: &pattern.offsets,
+            exponents: &pattern.halves,
+            reach: pattern.reach,
+            centre_weight: pattern.centre_weight,
+            unscale: 1.0 / plan.value_factor,
+        };
+        plan.level.filter_half_row(&job, row);
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    fn filter_half_row(&self, pattern: &Compiled, pixel: [usize; 2], columns: usize, row: &mut [f32]) {
+        self.plan.level.filter_row(&self.job(pattern, pixel, columns), row);
     }
 
     /// Filters [`RowJob::BLOCK`] pixels from a pixel of the area on, with the first pattern: plane by plane.
@@ -109,16 +171,23 @@ impl<'a> Worker<'a> {
         self.plan.window.frame_radius * layout.frame_size + layout.index(layout.margin + x, layout.margin + y)
     }
 
-    /// Puts every `step`-th pixel from a pixel of the area on into the result: from planes whose rows are `stride` apart.
+    /// Puts every `step`-th pixel from a pixel of the area on where it belongs: from planes whose rows are `stride` apart.
     /// Returns how many pixels were excluded.
-    pub fn put_row(&mut self, area: &Area, [x, y]: [usize; 2], step: usize, row: &[f32], stride: usize) -> u64 {
+    pub fn put_row(
+        &self,
+        area: &Area,
+        [x, y]: [usize; 2],
+        step: usize,
+        row: &[f32],
+        stride: usize,
+        out: &mut Rows<'_>,
+    ) -> u64 {
         let plan = self.plan;
         let (channels, image) = (plan.values.1, plan.frame.image);
         let columns = (area.width - x).div_ceil(step);
-        self.result.resize(area.width * area.height * channels, 0.0);
-        let places = y * area.width * channels..(y + 1) * area.width * channels;
+        let out = &mut *out[y];
         for c in 0..channels {
-            let to = self.result[places.clone()][x * channels + c..].iter_mut().step_by(step * channels);
+            let to = out[x * channels + c..].iter_mut().step_by(step * channels);
             to.zip(&row[c * stride..][..columns]).for_each(|(to, &v)| *to = v);
         }
         let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
@@ -128,9 +197,8 @@ impl<'a> Worker<'a> {
         let mut excluded = 0;
         for column in (x..area.width).step_by(step) {
             let original = image.pixel(area.x + column, area.y + y);
-            let leave = self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y));
-            let to = &mut self.result[places.clone()][column * channels..][..channels];
-            if leave {
+            let to = &mut out[column * channels..][..channels];
+            if self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y)) {
                 to.copy_from_slice(original);
                 excluded += 1;
             } else {

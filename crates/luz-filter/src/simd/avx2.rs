@@ -76,6 +76,15 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    unsafe fn max_magnitude(self, other: Self) -> Self {
+        // SAFETY: see above.
+        unsafe {
+            let (a, b) = (_mm256_castps_si256(self.abs().0), _mm256_castps_si256(other.abs().0));
+            Self(_mm256_castsi256_ps(_mm256_max_epu32(a, b)))
+        }
+    }
+
+    #[inline(always)]
     unsafe fn mul_add(self, factor: Self, summand: Self) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, summand.0) })

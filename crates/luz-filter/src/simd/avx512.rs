@@ -76,6 +76,15 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    unsafe fn max_magnitude(self, other: Self) -> Self {
+        // SAFETY: see above.
+        unsafe {
+            let (a, b) = (_mm512_castps_si512(self.abs().0), _mm512_castps_si512(other.abs().0));
+            Self(_mm512_castsi512_ps(_mm512_max_epu32(a, b)))
+        }
+    }
+
+    #[inline(always)]
     unsafe fn mul_add(self, factor: Self, summand: Self) -> Self {
         // SAFETY: see above.
         Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, summand.0) })

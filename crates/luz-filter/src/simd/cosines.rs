@@ -24,6 +24,8 @@ pub(crate) struct CosinePass<'a> {
     pub rows: usize,
     pub radius: usize,
     pub terms: &'a [CosineTerm],
+    /// Those of [`CosinePass::start`].
+    pub start: &'a [f32],
     /// `columns` rows of `stride` samples, of which the first `rows` are set.
     pub to: &'a mut [f32],
     /// At least `rows`.
@@ -36,10 +38,18 @@ impl CosinePass<'_> {
     /// The most terms.
     pub const TERMS: usize = 6;
 
+    /// The cosines and sines with which the first sums are made: of all terms, for each row of the window.
+    pub fn start(terms: &[CosineTerm], radius: usize) -> Vec<f32> {
+        let angle = |y: usize, term: &CosineTerm| term.frequency * (y as f64 - radius as f64);
+        let pair = |angle: f64| [angle.cos() as f32, angle.sin() as f32];
+        (0..2 * radius + 1).flat_map(|y| terms.iter().flat_map(move |term| pair(angle(y, term)))).collect()
+    }
+
     /// Panics unless all reads and writes are in bounds.
     pub fn check(&self) {
         assert!(self.columns.is_multiple_of(Self::BLOCK), "columns that fill no block");
         assert!(self.terms.len() <= Self::TERMS, "too many terms");
+        assert_eq!(self.start.len(), (2 * self.radius + 1) * self.terms.len() * 2, "not the start of these terms");
         assert!(self.from.len() >= (self.rows + 2 * self.radius) * self.columns, "rows that don't exist");
         assert!(self.stride >= self.rows && self.to.len() >= self.columns * self.stride, "no room for the results");
     }
@@ -62,7 +72,8 @@ impl Task for CosinePass<'_> {
         // SAFETY: passed on to the caller.
         unsafe {
             match self.terms.len() {
-                0..=4 => columns::<L, 4>(self),
+                0..=3 => columns::<L, 3>(self),
+                4 => columns::<L, 4>(self),
                 5 => columns::<L, 5>(self),
                 _ => columns::<L, 6>(self),
             }
@@ -93,10 +104,10 @@ unsafe fn columns<L: Lanes, const TERMS: usize>(pass: CosinePass<'_>) {
             let mut sums = [[L::splat(0.0); 2]; TERMS];
             for y in 0..2 * pass.radius + 1 {
                 let sample = row(y);
-                for (sum, term) in sums.iter_mut().zip(&terms) {
-                    let angle = term.frequency * (y as f64 - r);
-                    sum[0] = sample.mul_add(L::splat(angle.cos() as f32), sum[0]);
-                    sum[1] = sample.mul_add(L::splat(angle.sin() as f32), sum[1]);
+                let waves = &pass.start[y * pass.terms.len() * 2..];
+                for (sum, wave) in sums.iter_mut().zip(waves.chunks_exact(2)).take(pass.terms.len()) {
+                    sum[0] = sample.mul_add(L::splat(wave[0]), sum[0]);
+                    sum[1] = sample.mul_add(L::splat(wave[1]), sum[1]);
                 }
             }
             for start in (0..pass.rows).step_by(L::COUNT) {

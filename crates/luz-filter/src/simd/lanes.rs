@@ -20,6 +20,8 @@ pub(super) trait Lanes: Copy {
     unsafe fn div(self, other: Self) -> Self;
     unsafe fn max(self, other: Self) -> Self;
     unsafe fn abs(self) -> Self;
+    /// The larger of the absolute values; NaN if one of them is.
+    unsafe fn max_magnitude(self, other: Self) -> Self;
     /// `self · factor + summand`.
     unsafe fn mul_add(self, factor: Self, summand: Self) -> Self;
     /// `summand − self · factor`.

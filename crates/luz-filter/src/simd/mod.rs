@@ -5,6 +5,8 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod cosines;
+#[cfg(target_arch = "x86_64")]
+mod half;
 mod kernel;
 mod lanes;
 mod portable;
@@ -14,6 +16,8 @@ use serde::Serialize;
 
 use self::cosines::{AddProduct, Multiply, Rotate};
 pub(crate) use self::cosines::{CosinePass, CosineTerm};
+#[cfg(target_arch = "x86_64")]
+pub(crate) use self::half::HalfRowJob;
 use self::kernel::FilterRow;
 pub use self::kernel::Precision;
 pub(crate) use self::kernel::{Group, Metric, RowJob};
@@ -92,8 +96,8 @@ impl Level {
         }
     }
 
-    /// `to[i] = factor · from[i · stride]`. Returns at least the largest absolute value and at most
-    /// twice their sum; something not finite if one of them isn't.
+    /// `to[i] = factor · from[i · stride]`. Returns the largest absolute value; NaN if one of the samples
+    /// is.
     /// Panics when `from` doesn't hold all samples, or the stride exceeds 16 bits.
     pub fn spread(self, from: &[f32], stride: usize, factor: f32, to: &mut [f32]) -> f32 {
         assert!(to.is_empty() || (to.len() - 1) * stride < from.len(), "samples beyond the last");
@@ -107,6 +111,34 @@ impl Level {
         job.check(out.len());
         // SAFETY: the job was checked.
         unsafe { self.run(FilterRow { job, out }) }
+    }
+
+    /// Whether rows can be filtered in half precision.
+    pub fn has_half_precision(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self == Self::Avx512 && half::is_present();
+        #[cfg(not(target_arch = "x86_64"))]
+        return false;
+    }
+
+    /// Samples in half precision, clamped to ±60,000. Does nothing where [`Self::has_half_precision`] says no.
+    pub fn convert_to_half(self, from: &[f32], to: &mut [u16]) {
+        #[cfg(target_arch = "x86_64")]
+        if self == Self::Avx512 {
+            // SAFETY: the level is chosen only where the instructions are present.
+            unsafe { half::convert(from, to) }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = (from, to);
+    }
+
+    /// Filters a row in half precision. Panics when the instructions are missing, or the job reaches beyond its slices.
+    #[cfg(target_arch = "x86_64")]
+    pub fn filter_half_row(self, job: &HalfRowJob<'_>, out: &mut [f32]) {
+        assert!(self.has_half_precision(), "no half precision");
+        job.check(out.len());
+        // SAFETY: both were checked.
+        unsafe { half::filter_row(job, out) }
     }
 
     /// Filters columns with a sum of cosines; see [`CosinePass`]. Panics when the pass reaches beyond its slices.

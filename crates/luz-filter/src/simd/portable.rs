@@ -64,6 +64,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    unsafe fn max_magnitude(self, other: Self) -> Self {
+        let bits = |v: f32| v.to_bits() & 0x7fff_ffff;
+        self.with(other, |a, b| f32::from_bits(bits(a).max(bits(b))))
+    }
+
+    #[inline(always)]
     unsafe fn mul_add(self, factor: Self, summand: Self) -> Self {
         // Without the instruction, a fused product is a slow call.
         Self(std::array::from_fn(|i| self.0[i] * factor.0[i] + summand.0[i]))

@@ -2,8 +2,8 @@
 
 use super::lanes::{Lanes, Task};
 
-/// `to[i] = factor · from[i · stride]`. Returns at least the largest absolute value and at most twice their sum; something
-/// not finite if one of them isn't.
+/// `to[i] = factor · from[i · stride]`. Returns the largest absolute value; NaN if one of the
+/// samples is.
 ///
 /// Demands that `from` holds all samples: `(to.len() − 1) · stride < from.len()`.
 pub(super) struct Spread<'a> {
@@ -21,30 +21,37 @@ impl Task for Spread<'_> {
         let Self { from, stride, factor, to } = self;
         let n = to.len();
         if n < L::COUNT {
-            let mut sum = 0.0;
+            let mut largest = 0.0;
             for (i, to) in to.iter_mut().enumerate() {
                 *to = factor * from[i * stride];
-                sum += to.abs();
+                largest = magnitude(largest, *to);
             }
-            return sum;
+            return largest;
         }
         // SAFETY: the caller vouches for the instructions and the places.
         unsafe {
-            let (scale, mut sums) = (L::splat(factor), L::splat(0.0));
+            let (scale, mut largest) = (L::splat(factor), L::splat(0.0));
             let mut i = 0;
             loop {
                 let samples = L::gather(from.as_ptr().add(i * stride), stride).mul(scale);
-                sums = sums.add(samples.abs());
+                largest = largest.max_magnitude(samples);
                 samples.store(to.as_mut_ptr().add(i));
                 if i + L::COUNT >= n {
                     break;
                 }
-                // The last vector overlaps the one before, and counts twice.
+                // The last vector overlaps the one before.
                 i = (i + L::COUNT).min(n - L::COUNT);
             }
             let mut lanes = [0.0f32; 16];
-            sums.store(lanes.as_mut_ptr());
-            lanes.iter().sum()
+            largest.store(lanes.as_mut_ptr());
+            lanes.into_iter().fold(0.0, magnitude)
         }
     }
+}
+
+/// The larger of the absolute values; NaN if one of them is.
+#[inline(always)]
+fn magnitude(a: f32, b: f32) -> f32 {
+    let bits = |v: f32| v.to_bits() & 0x7fff_ffff;
+    f32::from_bits(bits(a).max(bits(b)))
 }

@@ -15,7 +15,7 @@ pub fn picture(width: usize, height: usize, channels: &[&str]) -> Image {
                 let smooth = 0.4 + 0.2 * (fx * 0.05 + fc).sin() * (fy * 0.07 - fc).cos();
                 let edge = if fx + 0.6 * fy > 0.7 * width as f32 { 0.3 } else { 0.0 };
                 let texture = 0.04 * (fx * 1.9 + fc * 0.7).sin() * (fy * 2.3).sin();
-                let bits = (x * 7919 + y * 104_729 + c * 1299_709) as u32;
+                let bits = (x * 7919 + y * 104_729 + c * 1_299_709) as u32;
                 let noise = (bits.wrapping_mul(2_654_435_761) >> 16) as f32 / 65536.0 - 0.5;
                 data.push(smooth + edge + texture + 0.06 * noise);
             }

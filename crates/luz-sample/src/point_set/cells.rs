@@ -1,25 +1,43 @@
 //! One point in each of `count` boxes of equal volume.
 
-use super::{PointSet, Request};
+use super::{PointSet, Points, Request};
 
 /// One point in each box, anywhere in it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Stratified;
 
-/// One point in each box, at the same place in all of them: a regular grid, whose place is random.
+/// A regular grid of about as many points, at a random place. Normal points are those of the grid, warped: a regular one
+/// has the uniform density.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Grid;
 
 impl PointSet for Stratified {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
-        points(request, |i| std::array::from_fn(|d| request.random(i, d as u32)))
+    fn uniform(&self, request: &Request) -> Points {
+        let points = points(request, |i| std::array::from_fn(|d| request.random(i, d as u32)));
+        Points { points, expected_count: request.count as f64 }
     }
 }
 
 impl PointSet for Grid {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
-        let place = std::array::from_fn(|d| request.random(0, d as u32));
-        points(request, |_| place)
+    fn uniform(&self, request: &Request) -> Points {
+        let root = |count: f64, degree: usize| count.powf(1.0 / degree as f64).round().max(1.0);
+        let mut left = request.count as f64;
+        let mut axes = [vec![0.0], vec![0.0], vec![0.0]];
+        for (d, axis) in axes.iter_mut().enumerate().take(request.dimensions) {
+            let cells = root(left, request.dimensions - d);
+            left /= cells;
+            let place = request.random(0, d as u32);
+            let below_one = |x: f64| x.min(1.0 - f64::EPSILON / 2.0);
+            *axis = (0..cells as usize).map(|i| below_one((i as f64 + place) / cells)).collect();
+        }
+        let mut points = Vec::with_capacity(axes.iter().map(Vec::len).product());
+        for &z in &axes[2] {
+            for &y in &axes[1] {
+                points.extend(axes[0].iter().map(|&x| [x, y, z]));
+            }
+        }
+        let expected_count = points.len() as f64;
+        Points { points, expected_count }
     }
 }
 

@@ -1,15 +1,15 @@
 //! Point sets: finitely many points that fill a cube evenly, or follow a normal distribution.
 //!
-//! A [`PointSet`] is randomised by a seed such that the expected number of points in any region is `count` times the
-//! region's probability. So a sum over the points with the weight `1 / (count · density)` is an unbiased estimate of an
-//! integral; strategies differ in its variance.
+//! A [`PointSet`] is randomised by a seed such that the expected number of points in any region is a known
+//! [count](Points::expected_count) times the region's probability. So a sum over the points with the weight
+//! `1 / (count · density)` is an unbiased estimate of an integral; strategies differ in its variance.
 //!
 //! ```
 //! use luz_sample::point_set::{PointSet, Request, Vogel};
 //!
 //! let request = Request { dimensions: 2, count: 64, seed: 1, member: 0, members: 1 };
-//! let points = Vogel.normal(&request, [3.0, 3.0, 0.0]);
-//! let variance = points.iter().map(|p| p[0] * p[0]).sum::<f64>() / 64.0;
+//! let normal = Vogel.normal(&request, [3.0, 3.0, 0.0]);
+//! let variance = normal.points.iter().map(|p| p[0] * p[0]).sum::<f64>() / 64.0;
 //! assert!((variance - 1.0).abs() < 0.1);
 //! ```
 
@@ -33,7 +33,7 @@ use crate::warp::normal_quantile;
 pub struct Request {
     /// Two or three. Of points in the plane, the third coordinate is zero.
     pub dimensions: usize,
-    /// The expected number of points.
+    /// About how many points.
     pub count: usize,
     /// Chooses the random numbers.
     pub seed: u64,
@@ -55,22 +55,31 @@ impl Request {
     }
 }
 
+/// A point set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points {
+    /// The points, in no particular order.
+    pub points: Vec<[f64; 3]>,
+    /// How many points are expected, over all seeds.
+    pub expected_count: f64,
+}
+
 /// A way to spread points.
 pub trait PointSet: Sync {
     /// Points in `[0, 1)ᵈ`.
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]>;
+    fn uniform(&self, request: &Request) -> Points;
 
     /// Points of the standard normal distribution, restricted to coordinates of an absolute value up to `limits`, which are
     /// positive.
-    fn normal(&self, request: &Request, limits: [f64; 3]) -> Vec<[f64; 3]> {
-        let mut points = self.uniform(request);
+    fn normal(&self, request: &Request, limits: [f64; 3]) -> Points {
+        let mut set = self.uniform(request);
         let normals = limits.map(TruncatedNormal::new);
-        for point in &mut points {
+        for point in &mut set.points {
             for (v, normal) in point.iter_mut().zip(&normals).take(request.dimensions) {
                 *v = normal.quantile(*v);
             }
         }
-        points
+        set
     }
 }
 

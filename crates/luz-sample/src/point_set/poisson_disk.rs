@@ -4,11 +4,11 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::f64::consts::{FRAC_2_PI, SQRT_2, TAU};
 
-use super::{PointSet, Request, is_within, mass_within};
+use super::{PointSet, Points, Request, Stratified, is_within, mass_within};
 use crate::test_support::normal_survival;
 
 /// Blue noise by sample elimination (Yuksel 2015, "Sample Elimination for Generating Poisson Disk Sample Sets"): of
-/// [`CANDIDATES`] times as many random points, those that are too close to others are left out one by one.
+/// [`CANDIDATES`] times as many stratified points, those that are too close to others are left out one by one.
 ///
 /// Normal points keep their distance in the distribution's own measure: distances are relative to the local spacing
 /// `(count · density)^(−1/d)`. The remaining points are turned at random and their radii moved to even quantiles, which
@@ -16,11 +16,11 @@ use crate::test_support::normal_survival;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PoissonDisk;
 
-/// Random points for each that stays.
+/// Candidates for each point that stays.
 const CANDIDATES: usize = 4;
 
 impl PointSet for PoissonDisk {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
+    fn uniform(&self, request: &Request) -> Points {
         let n = request.dimensions;
         let candidates = candidates(request, request.count, |u| *u);
         let spacing = (1.0 / request.count as f64).powf(1.0 / n as f64);
@@ -31,17 +31,19 @@ impl PointSet for PoissonDisk {
         });
         // A random shift on the torus makes every place equally likely.
         let shift: [f64; 3] = std::array::from_fn(|d| request.random(u64::MAX, d as u32));
-        kept.into_iter()
+        let points = kept
+            .into_iter()
             .map(|i| {
                 std::array::from_fn(|d| {
                     let v = candidates[i][d] + shift[d];
                     if d < n { (v - v.floor()).min(1.0 - f64::EPSILON / 2.0) } else { 0.0 }
                 })
             })
-            .collect()
+            .collect();
+        Points { points, expected_count: request.count as f64 }
     }
 
-    fn normal(&self, request: &Request, limits: [f64; 3]) -> Vec<[f64; 3]> {
+    fn normal(&self, request: &Request, limits: [f64; 3]) -> Points {
         let n = request.dimensions;
         let wanted = request.count as f64 / mass_within(n, limits);
         let whole = wanted.ceil() as usize;
@@ -66,14 +68,14 @@ impl PointSet for PoissonDisk {
         set_radii(&mut points, wanted, request.random(u64::MAX, 0), n);
         turn(&mut points, request, n);
         points.retain(|p| is_within(p, n, limits));
-        points
+        Points { points, expected_count: request.count as f64 }
     }
 }
 
+/// Candidates are stratified: where there are too many of them on a large scale, too many would stay.
 fn candidates(request: &Request, count: usize, warp: impl Fn(&[f64; 3]) -> [f64; 3]) -> Vec<[f64; 3]> {
-    (0..(CANDIDATES * count) as u64)
-        .map(|i| warp(&std::array::from_fn(|d| if d < request.dimensions { request.random(i, d as u32) } else { 0.0 })))
-        .collect()
+    let request = Request { count: CANDIDATES * count, ..*request };
+    Stratified.uniform(&request).points.iter().map(warp).collect()
 }
 
 /// A candidate by how crowded it is; of equally crowded ones the later one.
@@ -127,9 +129,9 @@ fn eliminate(
                 break;
             }
             let reach = 0.5 * widest * (spacing[a] + spacing[b]);
-            let distance = square(&points[a], &points[b]).sqrt();
-            if distance < reach {
-                let weight = (1.0 - distance / reach).powi(8);
+            let distance = square(&points[a], &points[b]);
+            if distance < reach * reach {
+                let weight = (1.0 - distance.sqrt() / reach).powi(8);
                 neighbours[a].push((b, weight));
                 neighbours[b].push((a, weight));
                 crowding[a] += weight;

@@ -1,20 +1,21 @@
 //! Independent points.
 
-use super::{PointSet, Request, is_within};
+use super::{PointSet, Points, Request, is_within};
 
 /// Independent points; normal ones by the method of Box and Muller (1958).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Random;
 
 impl PointSet for Random {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
-        (0..request.count as u64)
+    fn uniform(&self, request: &Request) -> Points {
+        let points = (0..request.count as u64)
             .map(|i| std::array::from_fn(|d| if d < request.dimensions { request.random(i, d as u32) } else { 0.0 }))
-            .collect()
+            .collect();
+        Points { points, expected_count: request.count as f64 }
     }
 
-    fn normal(&self, request: &Request, limits: [f64; 3]) -> Vec<[f64; 3]> {
-        (0..request.count as u64)
+    fn normal(&self, request: &Request, limits: [f64; 3]) -> Points {
+        let points = (0..request.count as u64)
             .map(|i| {
                 // Rejection; limits that almost nothing passes end in the middle.
                 (0..1000)
@@ -30,6 +31,7 @@ impl PointSet for Random {
                     .find(|point| is_within(point, request.dimensions, limits))
                     .unwrap_or_default()
             })
-            .collect()
+            .collect();
+        Points { points, expected_count: request.count as f64 }
     }
 }

@@ -1,6 +1,6 @@
 //! The first points of Sobol's sequence.
 
-use super::{PointSet, Request};
+use super::{PointSet, Points, Request};
 use crate::owen::{laine_karras, second_dimension, sobol_2d};
 use crate::random::{hash, unit_f64};
 
@@ -9,11 +9,11 @@ use crate::random::{hash, unit_f64};
 pub struct Sobol;
 
 impl PointSet for Sobol {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
+    fn uniform(&self, request: &Request) -> Points {
         let seed = |d: u32| hash(request.seed, u64::from(request.member), 0, d) as u32;
         let seeds = [seed(0), seed(1)];
         let third = seed(2);
-        (0..request.count as u32)
+        let points = (0..request.count as u32)
             .map(|i| {
                 let [x, y] = sobol_2d(i, second_dimension(u64::from(i)), seeds);
                 let z = laine_karras(third_dimension(i), third).reverse_bits();
@@ -24,7 +24,8 @@ impl PointSet for Sobol {
                 };
                 [fill(x, 3), fill(y, 4), if request.dimensions > 2 { fill(z, 5) } else { 0.0 }]
             })
-            .collect()
+            .collect();
+        Points { points, expected_count: request.count as f64 }
     }
 }
 
@@ -36,7 +37,7 @@ fn third_dimension(index: u32) -> u32 {
         if index >> bit & 1 == 1 {
             digits ^= ((m << (31 - bit)) as u32).reverse_bits();
         }
-        (m, next) = (next, 2 * next ^ 4 * m ^ m);
+        (m, next) = (next, (2 * next) ^ (4 * m) ^ m);
     }
     digits
 }

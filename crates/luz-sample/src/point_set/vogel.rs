@@ -2,7 +2,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use super::{PointSet, Request, TruncatedNormal, is_within, mass_within};
+use super::{PointSet, Points, Request, TruncatedNormal, is_within, mass_within};
 
 /// A golden-angle spiral (Vogel 1979, "A Better Way to Construct the Sunflower Head"), with radii at even quantiles of the
 /// distribution. A third coordinate, if wanted, follows a Kronecker sequence.
@@ -18,18 +18,19 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const PLASTIC: f64 = 0.754_877_666_246_692_8;
 
 impl PointSet for Vogel {
-    fn uniform(&self, request: &Request) -> Vec<[f64; 3]> {
+    fn uniform(&self, request: &Request) -> Points {
         // On the disk around the square; what is outside the square is dropped.
         let area = TAU / 4.0;
         let radius = |u: f64| u.sqrt() * SQRT_2 / 2.0;
-        spiral(request, request.count as f64 * area, radius)
+        let points = spiral(request, request.count as f64 * area, radius)
             .into_iter()
             .map(|[x, y, z]| [x + 0.5, y + 0.5, z])
             .filter(|[x, y, _]| (0.0..1.0).contains(x) && (0.0..1.0).contains(y))
-            .collect()
+            .collect();
+        Points { points, expected_count: request.count as f64 }
     }
 
-    fn normal(&self, request: &Request, limits: [f64; 3]) -> Vec<[f64; 3]> {
+    fn normal(&self, request: &Request, limits: [f64; 3]) -> Points {
         // Over the whole plane; what is beyond the limits is dropped.
         let wanted = request.count as f64 / mass_within(2, limits);
         let mut points = spiral(request, wanted, |u| (-2.0 * (-u).ln_1p()).sqrt());
@@ -38,7 +39,7 @@ impl PointSet for Vogel {
             points.iter_mut().for_each(|p| p[2] = third.quantile(p[2]));
         }
         points.retain(|p| is_within(p, 2, limits));
-        points
+        Points { points, expected_count: request.count as f64 }
     }
 }
 
