@@ -39,7 +39,7 @@ pub struct RenderDenoiser {
 impl Default for RenderDenoiser {
     fn default() -> Self {
         Self {
-            sigma_spatial: 6.0,
+            sigma_spatial: 4.0,
             strength: 1.0,
             albedo: 0.15,
             normal: 0.15,
@@ -73,6 +73,8 @@ const LEAST_ALBEDO: f32 = 0.02;
 const PILOT: (f32, f32) = (1.5, 6.0);
 /// The range of the filter proper, in deviations of the pilot's noise.
 const TOLERANCE: f32 = 1.5;
+/// How many times a pixel's own estimate of its variance that of its surroundings may count.
+const LARGEST_SHARE: f32 = 9.0;
 /// Probes of noise. More tell what is left more exactly; a blur takes a mean of theirs over some pixels.
 const PROBES: usize = 6;
 /// Channels that are filtered: light and probes.
@@ -107,8 +109,11 @@ impl RenderDenoiser {
             Image::from_data(width, height, ["R", "G", "B"], data)
         };
         let light = divided(&select(&NEEDED[..3])?, 1)?;
-        // Variances are estimates, and those of few samples are bad ones.
-        let noise = blur(&divided(&variance, 2)?, 1.5)?;
+        // Variances are estimates, and those of few samples are bad ones. But the edge of a lamp varies a lot, and what is beside
+        // it doesn't.
+        let own = divided(&variance, 2)?;
+        let mut noise = blur(&own, 1.5)?;
+        noise.data_mut().iter_mut().zip(own.data()).for_each(|(mean, own)| *mean = mean.min(LARGEST_SHARE * own));
         let depth_widths = depth_widths(&depth, self.depth)?;
         let depth_range = Range::new(typical(depth_widths.data()));
         let features = [

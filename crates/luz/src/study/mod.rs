@@ -10,7 +10,7 @@
 //! * [`number`]: numbers for people
 //! * [`statistics`]: fits of power laws, confidence intervals of means and of ratios
 //!
-//! Beside them, [`render`] studies variants of a rendering.
+//! Beside them, [`render`] studies variants of a rendering, and [`filter`] the strategies of the bilateral filter.
 //!
 //! A page is put together from strings of HTML:
 //!
@@ -33,6 +33,7 @@
 
 mod axis;
 pub mod chart;
+pub mod filter;
 pub mod html;
 pub mod number;
 pub mod picture;

@@ -69,8 +69,14 @@ impl Folder {
 
     /// Runs the program here, with arguments separated by spaces.
     pub fn run(&self, arguments: &str) -> Ran {
+        self.run_with(arguments, &[])
+    }
+
+    /// As [`Self::run`], with variables of the environment.
+    pub fn run_with(&self, arguments: &str, environment: &[(&str, &str)]) -> Ran {
         let mut command = Command::new(cargo_bin!("luz"));
         command.current_dir(self.path()).args(arguments.split_whitespace());
+        command.envs(environment.iter().copied());
         // A hang fails the test instead of stopping the suite.
         command.timeout(std::time::Duration::from_secs(120));
         Ran::new(command.output().unwrap())

@@ -42,7 +42,7 @@ Examples:
     luz filter photo.jpg -o smooth.png --sigma-spatial 8 --sigma-range 0.1
   Denoise an HDR image by ratios of light, with 2k samples per pixel, and say what was done:
     luz filter desk.exr -o clean.exr --sigma-spatial 4 --sigma-range 0.15 --scale log --samples 2k --report a.json
-  Smooth a video over space and time, guided by itself:
+  Smooth a video over space and time:
     luz filter clip.y4m -o calm.y4m --sigma-spatial 3 --sigma-range 0.08 --sigma-temporal 1.5";
 
 /// `luz filter`
@@ -230,7 +230,7 @@ pub struct DenoiseArguments {
     /// How far values may differ, relative to their noise, to be averaged: more is smoother
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub strength: f32,
-    /// Width of the spatial Gaussian in pixels [default: 7 for renderings, 2 for images, 1.5 for videos]
+    /// Width of the spatial Gaussian in pixels [default: 4 for renderings, 2 for images, 1.2 for videos]
     #[arg(short = 's', long, value_name = "S", value_parser = positive)]
     pub sigma_spatial: Option<f32>,
     /// Width of the Gaussian over the frames of a video

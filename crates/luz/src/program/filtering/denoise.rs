@@ -30,7 +30,7 @@ pub fn run(arguments: &DenoiseArguments) -> Exit {
     let usual = NoiseFilter::default();
     let settings = NoiseFilter {
         strength: arguments.strength,
-        sigma_spatial: arguments.sigma_spatial.unwrap_or(if start.video().is_some() { 1.5 } else { 2.0 }),
+        sigma_spatial: arguments.sigma_spatial.unwrap_or(if start.video().is_some() { 1.2 } else { 2.0 }),
         sigma_temporal: arguments.sigma_temporal,
         noise: arguments.noise,
         seed: arguments.seed,

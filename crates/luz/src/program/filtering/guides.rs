@@ -53,11 +53,6 @@ impl Guides {
         Ok(Self(sources))
     }
 
-    /// Is there none?
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// The guides of the next frame, which is this: all of its channels, stored values.
     pub fn next(&mut self, frame: &Image) -> Result<Vec<VideoGuide>, Failure> {
         self.0.iter_mut().map(|source| source.next(frame)).collect()

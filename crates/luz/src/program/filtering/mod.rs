@@ -8,9 +8,9 @@ mod filter;
 mod guides;
 mod job;
 mod selection;
-mod ticker;
+pub mod ticker;
 mod tonemap;
-mod values;
+pub mod values;
 
 pub use denoise::run as denoise;
 pub use enhance::run as enhance;

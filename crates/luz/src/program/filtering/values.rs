@@ -92,6 +92,32 @@ impl FromStr for Samples {
     }
 }
 
+/// `0.5k` or `k`: a multiple of the window's width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Multiple(pub f32);
+
+impl FromStr for Multiple {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<Samples>()?.0 {
+            SampleCount::Windows(multiple) => Ok(Self(multiple)),
+            SampleCount::Count(_) => Err("expected a multiple of k: k, 2k or 0.5k".to_owned()),
+        }
+    }
+}
+
+/// `X,Y`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel(pub [usize; 2]);
+
+impl FromStr for Pixel {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Vec<usize> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+        <[usize; 2]>::try_from(numbers).map(Self).map_err(|_| "expected a column and a row, 120,80 say".to_owned())
+    }
+}
+
 /// `[FILE][@CHANNELS][=R]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuideArgument {

@@ -1,9 +1,10 @@
 //! The grammar of `luz study`.
 
 use super::axes::{AXES, AxisKind};
+use super::filter::FilterStudyArguments;
 use crate::program::arguments::OverrideArguments;
 use crate::program::values::{SimdName, ToneMapName};
-use clap::Args;
+use clap::{Args, Subcommand};
 use luz::render::Overrides;
 use std::fmt::Write;
 use std::num::NonZeroU32;
@@ -12,9 +13,14 @@ use std::str::FromStr;
 
 /// `luz study`
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct StudyArguments {
+    /// What to study instead of a scene.
+    #[command(subcommand)]
+    pub command: Option<StudyCommand>,
     /// The scene, a pbrt-v4 file (.pbrt, .pbrt.gz)
-    pub scene: PathBuf,
+    #[arg(required = true)]
+    pub scene: Option<PathBuf>,
     /// What to vary, and its values. Repeat it: all combinations are rendered, and the first is what the others are compared with
     #[arg(long, value_name = "AXIS=VALUE,…", required = true)]
     pub vary: Vec<Vary>,
@@ -58,6 +64,14 @@ pub struct StudyArguments {
     /// What all variants and the reference render otherwise than the scene says.
     #[command(flatten)]
     pub overrides: OverrideArguments,
+}
+
+/// What to study instead of a scene.
+#[derive(Debug, Subcommand)]
+pub enum StudyCommand {
+    /// Compare strategies of sampling the bilateral filter: kernels, point sets, pictures, errors
+    #[command(after_help = super::filter::HELP)]
+    Filter(FilterStudyArguments),
 }
 
 /// The help that follows the options.
@@ -146,7 +160,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-fn html(text: &str) -> Result<PathBuf, String> {
+pub fn html(text: &str) -> Result<PathBuf, String> {
     with_extension(text, &["html", "htm"])
 }
 

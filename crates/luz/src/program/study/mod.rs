@@ -2,8 +2,11 @@
 
 mod arguments;
 mod axes;
+mod filter;
 
 pub use arguments::{StudyArguments, help};
+
+use arguments::StudyCommand;
 
 use super::exit::{Exit, print};
 use super::output;
@@ -32,6 +35,9 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// Renders all variants and writes the report.
 pub fn run(arguments: &StudyArguments) -> Exit {
+    if let Some(StudyCommand::Filter(arguments)) = &arguments.command {
+        return filter::run(arguments);
+    }
     match study(arguments) {
         Ok(exit) | Err(exit) => exit,
     }
@@ -84,7 +90,8 @@ fn plan(arguments: &StudyArguments) -> Result<Study, Exit> {
         }
     };
     Ok(Study {
-        scene: arguments.scene.clone(),
+        // The grammar asks for one.
+        scene: arguments.scene.clone().unwrap_or_default(),
         base,
         variants,
         budget,
