@@ -119,9 +119,9 @@ fn measure(light: &str, technique: Technique, sampler: LightSampler, samples: u3
 fn techniques_agree() {
     for (name, light) in LIGHTS {
         let is_sunny = name.contains("sky");
-        let both = measure(light, Technique::Both, LightSampler::Bvh, 400, 1);
-        let alone = measure(light, Technique::Light, LightSampler::Bvh, 400, 2);
-        let bsdf = measure(light, Technique::Bsdf, LightSampler::Bvh, if is_sunny { 16 } else { 1600 }, 3);
+        let both = measure(light, Technique::Both, LightSampler::Bvh, 200, 1);
+        let alone = measure(light, Technique::Light, LightSampler::Bvh, 200, 2);
+        let bsdf = measure(light, Technique::Bsdf, LightSampler::Bvh, if is_sunny { 16 } else { 800 }, 3);
         for c in 0..3 {
             assert!(both[c].0 > 0.0, "{name}");
             let z = |a: [(f64, f64); 3], b: [(f64, f64); 3]| (a[c].0 - b[c].0) / a[c].1.hypot(b[c].1);
