@@ -175,6 +175,21 @@ fn power_is_that_of_the_part_that_is_shown() {
     assert!(((a.0 - b.0) / a.1.hypot(b.1)).abs() < 4.5 && a.0 > 0.0, "{a:?} {b:?}");
 }
 
+/// What shines within an object shines wherever the object is placed.
+#[test]
+fn emitters_within_objects_shine() {
+    let lamp = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 5 2] Scale 1 1.3 1 Shape "sphere" "float radius" 0.2 AttributeEnd"#;
+    let placed = format!(
+        "AttributeBegin Translate 1 2 0 {lamp} AttributeEnd AttributeBegin Translate -1 2.5 1 {lamp} AttributeEnd"
+    );
+    let instances = format!(
+        r#"ObjectBegin "lamp" {lamp} ObjectEnd AttributeBegin Translate 1 2 0 ObjectInstance "lamp" AttributeEnd
+        AttributeBegin Translate -1 2.5 1 ObjectInstance "lamp" AttributeEnd"#
+    );
+    let [a, b] = [placed, instances].map(|light| measure(&light, Technique::Both, LightSampler::Bvh, 100, 1));
+    assert!(a == b && a[0].0 > 0.0, "{a:?} {b:?}");
+}
+
 /// Texels that cannot shine are counted and said, and the rest shines.
 #[test]
 fn broken_texels_are_reported() {
