@@ -3,9 +3,11 @@
 //!     cargo run --release -p luz-render --example light_efficiency -- many
 //!     cargo run --release -p luz-render --example light_efficiency -- environment FOLDER
 //!     cargo run --release -p luz-render --example light_efficiency -- emitters
+//!     cargo run --release -p luz-render --example light_efficiency -- scene FILE
 //!
 //! `many` compares the ways of choosing among 10, 10³, and 10⁵ lights; `environment` environment maps with and without MIS
-//! compensation, for each image in a folder; `emitters` surfaces that shine with an image, drawn by it and evenly.
+//! compensation, for each image in a folder; `emitters` surfaces that shine with an image, drawn by it and evenly; `scene` the ways of choosing
+//! a light in any scene.
 //! Variants are rendered in turns, pass by pass, so that a busy machine is fair to all.
 //!
 //! The variance is the mean over pixels of the relative variance of one sample (ε = 1 % of the picture's mean), estimated
@@ -28,7 +30,8 @@ fn main() -> Result<(), String> {
         ["many"] => many(),
         ["environment", folder] => environment(Path::new(folder)),
         ["emitters"] => emitters(),
-        _ => Err("expected `many`, `environment FOLDER` or `emitters`".to_owned()),
+        ["scene", file] => samplers(file, Path::new(file), Some([120, 90])),
+        _ => Err("expected `many`, `environment FOLDER` `emitters` or `scene FILE`".to_owned()),
     }
 }
 
@@ -171,14 +174,21 @@ fn many() -> Result<(), String> {
         }
         text.push_str("AttributeEnd");
         let file = scratch(&format!("many-{count}.pbrt"), &text)?;
-        let variants = [LightSampler::Power, LightSampler::Bvh, LightSampler::Uniform]
-            .into_iter()
-            .map(|sampler| {
-                variant(&sampler.to_string(), &file, Overrides { light_sampler: Some(sampler), ..Overrides::default() })
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        report(&format!("{count} lights"), &variants, 6.0);
+        samplers(&format!("{count} lights"), &file, None)?;
     }
+    Ok(())
+}
+
+/// The ways of choosing a light against each other.
+fn samplers(title: &str, file: &Path, resolution: Option<[u32; 2]>) -> Result<(), String> {
+    let variants = [LightSampler::Power, LightSampler::Bvh, LightSampler::Uniform]
+        .into_iter()
+        .map(|sampler| {
+            let wishes = Overrides { light_sampler: Some(sampler), resolution, ..Overrides::default() };
+            variant(&sampler.to_string(), file, wishes)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    report(title, &variants, 6.0);
     Ok(())
 }
 
@@ -222,7 +232,7 @@ fn environment(folder: &Path) -> Result<(), String> {
             };
             let variants = [of("plain", false)?, of("compensated", true)?];
             let name = map.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            all.push(report(&format!("{name}, {kind}"), &variants, 2.5)[1]);
+            all.push(report(&format!("{name}, {kind}"), &variants, 1.5)[1]);
         }
     }
     let geometric = (all.iter().map(|e| e.ln()).sum::<f64>() / all.len() as f64).exp();

@@ -3,9 +3,15 @@
 mod common;
 
 use common::{load_description, mean, overrides, render};
+use glam::{Vec2, Vec3};
+use luz_color::Wavelengths;
+use luz_geometry::{Ray, Reference};
 use luz_image::Image;
 use luz_render::integrator::Technique;
-use luz_render::light::LightSampler;
+use luz_render::light::{Combination, EmittedSpectrum, LightSampler};
+use luz_sample::Samples;
+use luz_sample::random::Random;
+use luz_sample::warp::uniform_sphere;
 use std::fs;
 use std::path::PathBuf;
 
@@ -119,14 +125,113 @@ fn measure(light: &str, technique: Technique, sampler: LightSampler, samples: u3
 fn techniques_agree() {
     for (name, light) in LIGHTS {
         let is_sunny = name.contains("sky");
-        let both = measure(light, Technique::Both, LightSampler::Bvh, 400, 1);
-        let alone = measure(light, Technique::Light, LightSampler::Bvh, 400, 2);
-        let bsdf = measure(light, Technique::Bsdf, LightSampler::Bvh, if is_sunny { 16 } else { 1600 }, 3);
+        let both = measure(light, Technique::Both, LightSampler::Bvh, 200, 1);
+        let alone = measure(light, Technique::Light, LightSampler::Bvh, 200, 2);
+        let bsdf = measure(light, Technique::Bsdf, LightSampler::Bvh, if is_sunny { 16 } else { 800 }, 3);
         for c in 0..3 {
             assert!(both[c].0 > 0.0, "{name}");
             let z = |a: [(f64, f64); 3], b: [(f64, f64); 3]| (a[c].0 - b[c].0) / a[c].1.hypot(b[c].1);
             assert!(z(both, alone).abs() < 4.5, "{name}: both {both:?}, light {alone:?}");
             assert!(is_sunny || z(bsdf, alone).abs() < 4.5, "{name}: bsdf {bsdf:?}, light {alone:?}");
+        }
+    }
+}
+
+fn loaded(light: &str, sampler: LightSampler) -> luz_render::world::Loaded {
+    let file = folder().join(format!("loaded-{}-{sampler}.pbrt", light.len()));
+    fs::write(
+        &file,
+        format!(
+            r#"WorldBegin AttributeBegin {light} AttributeEnd Translate 0 -9 0 Shape "sphere" "float radius" 0.01"#
+        ),
+    )
+    .expect("a scene can be written");
+    let (description, _) = luz_scene::read(&file).unwrap_or_else(|errors| panic!("{errors}"));
+    load_description(&description, &luz_render::Overrides { light_sampler: Some(sampler), ..overrides([8, 8], 1) })
+}
+
+/// From a point below: what is drawn has the density that is said of it where a ray meets it, the probabilities of all
+/// lights add up to one, and the densities integrate to one (within 6 %: few directions meet a bright texel).
+#[test]
+fn densities_are_those_of_the_samples() {
+    let reference = Reference::surface(Vec3::new(0.3, 0.2, 0.1), Vec3::Y);
+    let wavelengths = Wavelengths::sample_visible(0.3);
+    for (name, light) in LIGHTS {
+        let world = loaded(light, LightSampler::Bvh).world;
+        let emitted = EmittedSpectrum::default();
+        let combination = Combination::WithBsdf;
+        let context = world.light_context(&emitted, combination);
+        let selection = world.light_selection();
+        let density = |direction: Vec3| {
+            let ray = Ray::new(reference.position, direction, 0.0);
+            let found = world.intersect(&ray).map(|hit| world.interaction(&ray, &hit));
+            match found.and_then(|i| i.light.map(|light| (light, i.surface))) {
+                Some((number, surface)) => {
+                    let area = world.area_light(number).expect("an area light");
+                    selection.probability(combination, &reference, number as usize)
+                        * area.pdf(context, &reference, &surface)
+                }
+                None => world
+                    .infinite_lights()
+                    .iter()
+                    .map(|&number| {
+                        selection.probability(combination, &reference, number as usize)
+                            * world.lights()[number as usize].pdf_infinite(context, &reference, direction)
+                    })
+                    .sum(),
+            }
+        };
+        let (mut off, mut drawn) = (0, 0);
+        for i in 0..1000 {
+            let u = Vec2::new((i as f32 * 0.618_034) % 1.0, (i as f32 + 0.5) / 1000.0);
+            let Some((number, probability, u_x)) = selection.sample(combination, &reference, u.x) else { continue };
+            let sample = world.lights()[number].sample(context, &reference, Vec2::new(u_x, u.y), &wavelengths);
+            let Some(sample) = sample else { continue };
+            // The far side of a shape is drawn, too, but not seen.
+            let found = density(sample.direction);
+            drawn += 1;
+            off += i32::from((found / (probability * sample.pdf) - 1.0).abs() > 0.01);
+        }
+        let hidden = if name.contains("sphere") || name.contains("cylinder") { drawn * 6 / 10 } else { drawn / 40 };
+        assert!(drawn > 100 && off <= hidden, "{name}: {off} of {drawn}");
+        if name.contains("sky") || hidden > drawn / 2 {
+            continue;
+        }
+        let n = 900;
+        let total: f64 = (0..n * n)
+            .map(|i| {
+                let mut random = Random::new(4, 0, i);
+                let cell = Vec2::new((i % n) as f32, (i / n) as f32);
+                f64::from(density(uniform_sphere((cell + random.next_2d()) / n as f32)))
+            })
+            .sum::<f64>()
+            * (4.0 * std::f64::consts::PI / (n * n) as f64);
+        assert!((total - 1.0).abs() < 0.06, "{name}: {total}");
+    }
+}
+
+/// Whatever is mixed, probabilities add up to one and are those of the choices.
+#[test]
+fn choices_among_near_and_far_lights_have_their_probabilities() {
+    let more = format!(
+        r#"AttributeBegin {} AttributeEnd LightSource "point" "point3 from" [2 2 -2] LightSource "distant" "rgb L" [0.3 0.3 0.3]
+        LightSource "infinite" "rgb L" [0.2 0.1 0.1] {}"#,
+        LIGHTS[0].1, LIGHTS[8].1
+    );
+    for (_, sampler) in LightSampler::ALL {
+        let world = loaded(&more, sampler).world;
+        let selection = world.light_selection();
+        for combination in [Combination::Alone, Combination::WithBsdf] {
+            for reference in [Reference::point(Vec3::Y), Reference::surface(Vec3::new(0.5, 0.0, -2.0), Vec3::Y)] {
+                let of = |light: usize| selection.probability(combination, &reference, light);
+                let sum: f32 = (0..world.lights().len()).map(of).sum();
+                assert!((sum - 1.0).abs() < 1e-4, "{sampler} {combination:?}: {sum}");
+                for i in 0..100 {
+                    let u = (i as f32 + 0.5) / 100.0;
+                    let (light, probability, _) = selection.sample(combination, &reference, u).expect("a light");
+                    assert!((of(light) / probability - 1.0).abs() < 1e-4, "{sampler} {combination:?} {light}");
+                }
+            }
         }
     }
 }
@@ -173,6 +278,21 @@ fn power_is_that_of_the_part_that_is_shown() {
     };
     let (a, b) = (luminance("0 0  1 0  0.5 1"), luminance("0.52 0.31  0.61 0.33  0.55 0.45"));
     assert!(((a.0 - b.0) / a.1.hypot(b.1)).abs() < 4.5 && a.0 > 0.0, "{a:?} {b:?}");
+}
+
+/// What shines within an object shines wherever the object is placed.
+#[test]
+fn emitters_within_objects_shine() {
+    let lamp = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [9 5 2] Scale 1 1.3 1 Shape "sphere" "float radius" 0.2 AttributeEnd"#;
+    let placed = format!(
+        "AttributeBegin Translate 1 2 0 {lamp} AttributeEnd AttributeBegin Translate -1 2.5 1 {lamp} AttributeEnd"
+    );
+    let instances = format!(
+        r#"ObjectBegin "lamp" {lamp} ObjectEnd AttributeBegin Translate 1 2 0 ObjectInstance "lamp" AttributeEnd
+        AttributeBegin Translate -1 2.5 1 ObjectInstance "lamp" AttributeEnd"#
+    );
+    let [a, b] = [placed, instances].map(|light| measure(&light, Technique::Both, LightSampler::Bvh, 100, 1));
+    assert!(a == b && a[0].0 > 0.0, "{a:?} {b:?}");
 }
 
 /// Texels that cannot shine are counted and said, and the rest shines.

@@ -24,7 +24,8 @@ pub enum LightSampler {
     Uniform,
     /// In proportion to power, a quarter of the choices evenly.
     Power,
-    /// By a tree over the lights, in proportion to about what each gives where it is asked from.
+    /// By a tree over the lights, in proportion to about what each gives where it is asked from; where there is but one
+    /// lamp, of a primitive or two, as [`Power`](Self::Power).
     #[default]
     Bvh,
 }
@@ -98,6 +99,9 @@ impl LightSelection {
             lights.iter().map(move |light| light.power(context, scene_radius))
         };
         match sampler {
+            LightSampler::Bvh if !is_hierarchy_of_use(lights) => {
+                Self::new(LightSampler::Power, lights, context, scene_radius)
+            }
             LightSampler::Uniform => ByCombination::try_new(|combination| {
                 let weights: Vec<f32> = powers(combination).map(|p| if p > 0.0 { 1.0 } else { 0.0 }).collect();
                 table(&weights)
@@ -139,6 +143,15 @@ impl LightSelection {
             Self::Fixed(tables) => 48 * tables.alone.len(),
             Self::Hierarchy(hierarchy) => hierarchy.tree.bytes() + hierarchy.far_index.len() * size_of::<u32>(),
         }
+    }
+}
+
+/// Whether it matters where the choice among lights is made from: not for one lamp of a primitive or two.
+fn is_hierarchy_of_use(lights: &[Light]) -> bool {
+    match lights {
+        [] | [_] => false,
+        [Light::Area(a), Light::Area(b)] => a.shape != b.shape,
+        _ => true,
     }
 }
 

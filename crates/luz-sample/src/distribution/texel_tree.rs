@@ -81,6 +81,7 @@ impl Span {
 
 /// What of the polygon is in a span, in texels.
 #[derive(Clone, Copy)]
+#[allow(clippy::large_enum_variant, reason = "it lives on the stack for a moment; a heap would cost more")]
 enum Part {
     /// All of the span, and nothing else.
     Whole(Span),
