@@ -20,9 +20,11 @@ const RUNS: usize = 192;
 /// The width of a run in pixels, of which each phase has as many as fit in a vector.
 const RUN: usize = 64;
 /// How many standard errors the mean squared error may be worse than measured.
-const CAUTION: f64 = 2.0;
+const CAUTION: f64 = 3.0;
 /// The time for a neighbour of the exact filter relative to one of the sampled filter.
 const EXACT_COST: f64 = 1.5;
+/// The time for a neighbour in single precision relative to one in half precision, measured.
+const HALF_CHEAPNESS: f64 = 1.7;
 
 /// Chooses a method for a quality in dB.
 ///
@@ -57,10 +59,13 @@ pub(crate) fn choose(plan: &Plan<'_>, window: &[Option<Frame<'_>>], quality: f64
         let results = results(&plan, window, &areas, &patterns)?;
         Ok::<_, FilterError>(error(&results, &reference.results))
     };
-    let cosines = if window.len() == 1 { cosines::cost(&plan, quality) } else { None };
-    let most = cosines.unwrap_or(f64::INFINITY).min(all as f64 * EXACT_COST);
+    // How much cheaper a neighbour is in half precision.
+    let cheapness = if precision == Precision::Half && plan.level.has_half_precision() { HALF_CHEAPNESS } else { 1.0 };
+    let exact = all as f64 * EXACT_COST * cheapness;
+    let cosines = cosines::cost(&plan, quality).filter(|_| window.len() == 1).map(|cost| cost * cheapness);
+    let most = cosines.unwrap_or(f64::INFINITY).min(exact);
     let otherwise = || match cosines {
-        Some(cost) if cost <= all as f64 * EXACT_COST => Choice { method: Method::Cosines { quality }, quality: None },
+        Some(cost) if cost <= exact => Choice { method: Method::Cosines { quality }, quality: None },
         _ => Choice { method: Method::Exact, quality: None },
     };
     let mut reference = Reference { neighbours: 0, results: Vec::new() };

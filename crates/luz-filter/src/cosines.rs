@@ -85,7 +85,6 @@ pub(crate) fn filter(
     let mut plan = plan.clone();
     plan.lay_out(Precision::Full)?;
     let spatial = spatial_terms(&plan.window, terms(&plan.window, quality));
-    report.samples_per_pixel = f64::NAN;
     let settings = Settings { spatial, quality };
     let extra = |layout: &Layout| {
         let margin = layout.width + 2 * layout.margin;
@@ -257,7 +256,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings, out_ro
                 }
             }
         }
-        excluded += worker.put_row(area, [0, y], 1, &rows, stride, out_rows);
+        excluded += worker.put_row(area, [0, y], 1, &mut rows, stride, out_rows);
     }
     excluded
 }

@@ -23,7 +23,7 @@ pub struct Report {
     pub window: usize,
     /// The number of frames in the window; 1 for images.
     pub window_frames: usize,
-    /// Neighbours per pixel, with the pixel itself.
+    /// Neighbours per pixel, with the pixel itself; 0 for [`Method::Cosines`].
     pub samples_per_pixel: f64,
     /// Pixels with a sample that is infinite, NaN or too large, in the image or in a guide. They are left as they are, and
     /// have no part in their neighbours.

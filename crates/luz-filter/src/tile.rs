@@ -141,55 +141,42 @@ impl Tile {
     /// Loads the columns of row `y` that are inside the image.
     fn load_row(&mut self, plan: &Plan<'_>, frame: &Frame<'_>, y: usize, base: usize, inside: &Inside) {
         let count = inside.last - inside.first;
-        self.bad[..count].fill(false);
+        let Self { layout, planes, line, bad, .. } = self;
+        let bad = &mut bad[..count];
+        bad.fill(false);
         let mut largest = 0.0f32;
         for source in &plan.sources {
             let image = frame.input(source.input);
             let n = image.channel_count();
             let samples = &image.data()[(y * image.width() + inside.first) * n..][..count * n];
-            let factor = match source.content {
+            let to = |channel: usize| base + (source.plane + channel) * layout.plane_size;
+            match source.content {
                 Content::Channels {
                     scale: Scale::Linear,
                     opacity: Opacity::None | Opacity::Premultiplied(_),
                     factor,
-                } => Some(factor),
-                _ => None,
-            };
-            if let Some(factor) = factor.filter(|_| n <= 4096) {
-                for c in 0..n {
-                    largest = worst(
-                        largest,
-                        distribute(
-                            plan,
-                            &self.layout,
-                            &mut self.planes,
-                            base,
-                            source.plane + c,
-                            inside.column,
-                            &samples[c..],
-                            n,
-                            factor,
-                        ),
-                    );
+                } if n <= 4096 => {
+                    for c in 0..n {
+                        let row = Row { samples: &samples[c..], stride: n, factor, column: inside.column };
+                        largest = worst(largest, row.distribute(plan, layout, planes, to(c)));
+                    }
                 }
-            } else {
-                let line = &mut self.line[..source.planes * count];
-                load_source(source, samples, n, line, &mut self.bad[..count]);
-                for (c, line) in line.chunks_exact(count).enumerate() {
-                    largest = worst(
-                        largest,
-                        distribute(
-                            plan,
-                            &self.layout,
-                            &mut self.planes,
-                            base,
-                            source.plane + c,
-                            inside.column,
-                            line,
-                            1,
-                            1.0,
-                        ),
-                    );
+                Content::Channels { scale, opacity: Opacity::None, factor } if n <= 4096 => {
+                    for c in 0..n {
+                        let line = &mut line[..count];
+                        plan.level.spread(&samples[c..], n, 1.0, line);
+                        largest = worst(largest, plan.level.rescale(scale, false, factor, line));
+                        let row = Row { samples: line, stride: 1, factor: 1.0, column: inside.column };
+                        row.distribute(plan, layout, planes, to(c));
+                    }
+                }
+                _ => {
+                    let line = &mut line[..source.planes * count];
+                    load_source(source, samples, n, line, bad);
+                    for (c, line) in line.chunks_exact(count).enumerate() {
+                        let row = Row { samples: line, stride: 1, factor: 1.0, column: inside.column };
+                        largest = worst(largest, row.distribute(plan, layout, planes, to(c)));
+                    }
                 }
             }
         }
@@ -253,28 +240,31 @@ struct Inside {
     column: usize,
 }
 
-/// Distributes a row of samples, one in `stride`, to the phases of a plane, from a column of the tile on. Returns as
-/// [`Level::spread`](crate::simd::Level::spread).
-fn distribute(
-    plan: &Plan<'_>,
-    layout: &Layout,
-    planes: &mut [f32],
-    base: usize,
-    plane: usize,
-    column: usize,
-    samples: &[f32],
+/// A channel of a row.
+struct Row<'a> {
+    samples: &'a [f32],
+    /// From one pixel to the next.
     stride: usize,
     factor: f32,
-) -> f32 {
-    let phases = layout.phases;
-    let count = samples.len().div_ceil(stride);
-    let mut largest = 0.0;
-    for phase in 0..phases.min(count) {
-        let to = base + plane * layout.plane_size + layout.index(column + phase, 0);
-        let to = &mut planes[to..][..(count - phase).div_ceil(phases)];
-        largest = worst(largest, plan.level.spread(&samples[phase * stride..], phases * stride, factor, to));
+    /// The first pixel's column in the tile.
+    column: usize,
+}
+
+impl Row<'_> {
+    /// Distributes the row to the phases of a plane, whose first column is at `base`. Returns as
+    /// [`Level::spread`](crate::simd::Level::spread).
+    fn distribute(&self, plan: &Plan<'_>, layout: &Layout, planes: &mut [f32], base: usize) -> f32 {
+        let phases = layout.phases;
+        let count = self.samples.len().div_ceil(self.stride);
+        let mut largest = 0.0;
+        for phase in 0..phases.min(count) {
+            let to = base + layout.index(self.column + phase, 0);
+            let to = &mut planes[to..][..(count - phase).div_ceil(phases)];
+            let from = &self.samples[phase * self.stride..];
+            largest = worst(largest, plan.level.spread(from, phases * self.stride, self.factor, to));
+        }
+        largest
     }
-    largest
 }
 
 /// The larger of two numbers that aren't negative; NaN if one of them is.
@@ -297,6 +287,7 @@ fn load_source(source: &Source, samples: &[f32], channels: usize, planes: &mut [
         Content::Channels { scale, opacity, factor } => {
             for (i, pixel) in samples.chunks_exact(channels).enumerate() {
                 for (c, &v) in pixel.iter().enumerate() {
+                    bad[i] |= !v.is_finite();
                     let v = match opacity {
                         Opacity::None => scale.forward(v),
                         Opacity::Straight(a) | Opacity::Premultiplied(a) if c == a => v,

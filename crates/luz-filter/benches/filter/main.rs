@@ -191,7 +191,7 @@ fn threads(data: &Path) {
         let mut filter = BilateralFilter::new(sigma, 0.1);
         filter.method = method;
         let mut least = [f64::INFINITY; 2];
-        for _ in 0..9 {
+        for _ in 0..20 {
             for (threads, least) in [1, 2].into_iter().zip(&mut least) {
                 let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(threads).build() else { continue };
                 let start = std::time::Instant::now();
