@@ -11,7 +11,7 @@ pub(super) fn drawing(study: &FilterStudy, strategy: Strategy, count: usize, see
     let radius = BilateralFilter::new(study.sigma_spatial, study.sigma_range).radius() as f64;
     let limit = (radius + 0.5) / f64::from(study.sigma_spatial);
     let request = Request { dimensions: 2, count, seed, member: 0, members: 1 };
-    let points = strategy.points().normal(&request, [limit, limit, 0.0]);
+    let points = strategy.points().normal(&request, [limit, limit, 0.0]).points;
     let size = limit + 0.1;
     let label = escape(&format!("{count} points of the strategy {}", strategy.name()));
     let mut out = format!(
