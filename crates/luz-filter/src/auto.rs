@@ -20,7 +20,7 @@ const RUNS: usize = 192;
 /// The width of a run in pixels, of which each phase has as many as fit in a vector.
 const RUN: usize = 64;
 /// How many standard errors the mean squared error may be worse than measured.
-const CAUTION: f64 = 2.0;
+const CAUTION: f64 = 3.0;
 /// The time for a neighbour of the exact filter relative to one of the sampled filter.
 const EXACT_COST: f64 = 1.5;
 

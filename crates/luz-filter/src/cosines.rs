@@ -257,7 +257,7 @@ fn filter_area(worker: &mut Worker<'_>, area: &Area, settings: &Settings, out_ro
                 }
             }
         }
-        excluded += worker.put_row(area, [0, y], 1, &rows, stride, out_rows);
+        excluded += worker.put_row(area, [0, y], 1, &mut rows, stride, out_rows);
     }
     excluded
 }

@@ -98,7 +98,8 @@ fn filter(
     report: &mut Report,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Image, FilterError> {
-    let side = (4 * plan.window.radius).clamp(256, 512);
+    // Whole blocks of each phase; wide enough that margins cost little.
+    let side = if plan.window.radius > 60 { 512 } else { 256 };
     tiles(plan, patterns, frames, report, progress, side, |_| 0, |worker, area, out| worker.filter(area, out))
 }
 

@@ -172,6 +172,23 @@ impl Tile {
                         ),
                     );
                 }
+            } else if let Content::Channels { scale, opacity: Opacity::None, factor } = source.content {
+                for c in 0..n {
+                    let line = &mut self.line[..count];
+                    plan.level.spread(&samples[c..], n, 1.0, line);
+                    largest = worst(largest, plan.level.rescale(scale, false, factor, line));
+                    distribute(
+                        plan,
+                        &self.layout,
+                        &mut self.planes,
+                        base,
+                        source.plane + c,
+                        inside.column,
+                        line,
+                        1,
+                        1.0,
+                    );
+                }
             } else {
                 let line = &mut self.line[..source.planes * count];
                 load_source(source, samples, n, line, &mut self.bad[..count]);
@@ -297,6 +314,7 @@ fn load_source(source: &Source, samples: &[f32], channels: usize, planes: &mut [
         Content::Channels { scale, opacity, factor } => {
             for (i, pixel) in samples.chunks_exact(channels).enumerate() {
                 for (c, &v) in pixel.iter().enumerate() {
+                    bad[i] |= !v.is_finite();
                     let v = match opacity {
                         Opacity::None => scale.forward(v),
                         Opacity::Straight(a) | Opacity::Premultiplied(a) if c == a => v,

@@ -6,7 +6,7 @@ use std::time::Instant;
 use luz_image::Image;
 
 use crate::plan::{Frame, Plan, check};
-use crate::{BilateralFilter, FilterError, Filtered, Guide, Progress, Range, filter, run};
+use crate::{BilateralFilter, FilterError, Filtered, Guide, Method, Progress, Range, filter, run};
 
 /// A [`Guide`] that a video keeps for as long as it needs it.
 #[derive(Clone, Debug)]
@@ -21,6 +21,8 @@ pub struct VideoGuide {
 
 /// The spatio-temporal bilateral filter of a video: a Gaussian of width σ_t over frames beside that over pixels, and the
 /// same range Gaussian between all of them. Before the first and after the last frame there is nothing.
+///
+/// [`Method::Auto`] chooses anew every 16 frames, and where windows have more or fewer frames.
 ///
 /// Frames are pushed one by one; each that comes out is filtered with `R_t = ⌈5/2 σ_t⌉` frames before and after it. Only
 /// those are kept in memory.
@@ -51,7 +53,23 @@ pub struct VideoFilter {
     first: usize,
     /// The number of the frame that comes out next.
     next: usize,
+    /// What [`Method::Auto`] chose last.
+    chosen: Option<Chosen>,
 }
+
+/// What [`Method::Auto`] chose for a frame.
+#[derive(Clone, Copy, Debug)]
+struct Chosen {
+    method: Method,
+    quality: Option<f64>,
+    /// The frame.
+    at: usize,
+    /// How many frames its window had.
+    frames: usize,
+}
+
+/// A choice holds for this many frames, if their windows have as many frames.
+const CHOICE_HOLDS: usize = 16;
 
 impl VideoFilter {
     /// A filter with σ_t in frames, from 0.1 to 100.
@@ -61,7 +79,7 @@ impl VideoFilter {
     pub fn new(filter: BilateralFilter, sigma_frames: f32) -> Result<Self, FilterError> {
         check("σ_t", sigma_frames, 0.1, 100.0)?;
         let radius = filter::window_radius(sigma_frames);
-        Ok(Self { filter, sigma_frames, radius, kept: VecDeque::new(), first: 0, next: 0 })
+        Ok(Self { filter, sigma_frames, radius, kept: VecDeque::new(), first: 0, next: 0, chosen: None })
     }
 
     /// How many frames are pushed after a frame before it comes out: `R_t`.
@@ -137,8 +155,24 @@ impl VideoFilter {
         let Some(frame) = frames[self.radius] else {
             return Err(FilterError::FrameMismatch { frame: self.next, reason: "it is missing".to_owned() });
         };
-        let plan = Plan::with_frames(&self.filter, frame, Some(self.sigma_frames))?;
+        let existing = frames.iter().flatten().count();
+        let holds = |c: &Chosen| c.frames == existing && self.next < c.at + CHOICE_HOLDS;
+        let mut filter = self.filter;
+        let automatic = matches!(filter.method, Method::Auto { .. });
+        let chosen = self.chosen.filter(|c| automatic && holds(c));
+        if let Some(chosen) = chosen {
+            filter.method = chosen.method;
+        }
+        let plan = Plan::with_frames(&filter, frame, Some(self.sigma_frames))?;
         let mut filtered = run::video(&plan, &frames, progress)?;
+        match chosen {
+            Some(chosen) => filtered.report.measured_quality = chosen.quality,
+            None if automatic => {
+                let (method, quality) = (filtered.report.method, filtered.report.measured_quality);
+                self.chosen = Some(Chosen { method, quality, at: self.next, frames: existing });
+            }
+            None => {}
+        }
         filtered.report.seconds = start.elapsed().as_secs_f64();
         self.next += 1;
         while self.first + self.radius < self.next {

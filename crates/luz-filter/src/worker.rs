@@ -90,7 +90,7 @@ impl<'a> Worker<'a> {
                     self.plan.level.filter_row(&self.job(pattern, [x, y], columns), &mut row);
                 }
                 let stride = columns.next_multiple_of(RowJob::BLOCK);
-                excluded += self.put_row(area, [x, y], phases, &row, stride, out);
+                excluded += self.put_row(area, [x, y], phases, &mut row, stride, out);
             }
         }
         self.row = row;
@@ -178,7 +178,7 @@ impl<'a> Worker<'a> {
         area: &Area,
         [x, y]: [usize; 2],
         step: usize,
-        row: &[f32],
+        row: &mut [f32],
         stride: usize,
         out: &mut Rows<'_>,
     ) -> u64 {
@@ -186,12 +186,19 @@ impl<'a> Worker<'a> {
         let (channels, image) = (plan.values.1, plan.frame.image);
         let columns = (area.width - x).div_ceil(step);
         let out = &mut *out[y];
+        let scale = plan.filter.mean_scale;
+        let simple = plan.opacity == Opacity::None;
+        if simple && scale != Scale::Linear {
+            (0..channels).for_each(|c| {
+                plan.level.rescale(scale, true, 1.0, &mut row[c * stride..][..columns]);
+            });
+        }
         for c in 0..channels {
             let to = out[x * channels + c..].iter_mut().step_by(step * channels);
             to.zip(&row[c * stride..][..columns]).for_each(|(to, &v)| *to = v);
         }
-        let linear = plan.filter.mean_scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
-        if linear && !self.tile.has_excluded {
+        let done = simple || scale == Scale::Linear && !matches!(plan.opacity, Opacity::Straight(_));
+        if done && !self.tile.has_excluded {
             return 0;
         }
         let mut excluded = 0;
@@ -201,7 +208,7 @@ impl<'a> Worker<'a> {
             if self.tile.has_excluded && self.tile.is_excluded(plan, self.place(column, y)) {
                 to.copy_from_slice(original);
                 excluded += 1;
-            } else {
+            } else if !done {
                 restore(plan, to, original);
             }
         }
@@ -209,11 +216,11 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// Takes a pixel from the scale of the planes back to that of the image.
+/// Takes a pixel with opacity from the scale of the planes back to that of the image.
 fn restore(plan: &Plan<'_>, pixel: &mut [f32], original: &[f32]) {
     let scale = plan.filter.mean_scale;
     match plan.opacity {
-        Opacity::None => pixel.iter_mut().for_each(|v| *v = scale.backward(*v)),
+        Opacity::None => {}
         Opacity::Premultiplied(_) if scale == Scale::Linear => {}
         Opacity::Straight(a) | Opacity::Premultiplied(a) => {
             let alpha = pixel[a];

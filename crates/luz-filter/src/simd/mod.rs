@@ -10,9 +10,12 @@ mod half;
 mod kernel;
 mod lanes;
 mod portable;
+mod rescale;
 mod spread;
 
 use serde::Serialize;
+
+use crate::Scale;
 
 use self::cosines::{AddProduct, Multiply, Rotate};
 pub(crate) use self::cosines::{CosinePass, CosineTerm};
@@ -22,6 +25,7 @@ use self::kernel::FilterRow;
 pub use self::kernel::Precision;
 pub(crate) use self::kernel::{Group, Metric, RowJob};
 use self::lanes::Task;
+use self::rescale::Rescale;
 use self::spread::Spread;
 
 /// Which instructions the filter uses. Different ones round differently, in the last bits.
@@ -104,6 +108,13 @@ impl Level {
         assert!(stride <= usize::from(u16::MAX), "samples too far apart");
         // SAFETY: the places were checked.
         unsafe { self.run(Spread { from, stride, factor, to }) }
+    }
+
+    /// Takes linear values to a scale, or back, and multiplies them with a factor. Values that aren't finite become NaN.
+    /// Returns the largest absolute value; NaN if one is.
+    pub fn rescale(self, scale: Scale, backward: bool, factor: f32, values: &mut [f32]) -> f32 {
+        // SAFETY: a slice is all it touches.
+        unsafe { self.run(Rescale { scale, backward, factor, values }) }
     }
 
     /// Filters a row; see [`RowJob`]. Does nothing but panic when the job reaches beyond the planes or the output.
