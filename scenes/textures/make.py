@@ -76,5 +76,53 @@ def sky(size=128):
     return pixels + above * glow * np.array([1.0, 0.82, 0.55])
 
 
+def screen(width=160, height=90):
+    """A picture for a video wall: a dark sea of letters in rows, with a few that are bright, and a burning sun."""
+    v, u = (np.mgrid[0:height, 0:width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
+    random = np.random.default_rng(7)
+    pixels = np.zeros((height, width, 3))
+    pixels += np.array([0.004, 0.006, 0.014])
+    for row in range(4, height - 6, 8):
+        x = 5
+        while x < width - 8:
+            length = int(random.integers(4, 16))
+            bright = random.random() < 0.12
+            color = np.array([0.04, 0.2, 0.26]) if not bright else np.array([1.0, 0.25, 0.5])
+            pixels[row:row + 3, x:min(x + length, width - 5)] = color * (0.35 + 0.65 * bright)
+            x += length + int(random.integers(2, 7))
+    distance = np.hypot((u - 0.76) * width, (v - 0.4) * height)
+    disk = np.clip(17 - distance, 0, 1)[..., None]
+    stripes = ((v * height % 5) < 3.6)[..., None]
+    sun = np.stack([np.ones_like(v), 0.95 - 0.75 * v, 0.25 + 0 * v], -1)
+    pixels = pixels * (1 - disk) + sun * disk * stripes
+    encoded = np.where(pixels <= 0.0031308, 12.92 * pixels, 1.055 * np.clip(pixels, 0, 1) ** (1 / 2.4) - 0.055)
+    return np.round(255 * np.clip(encoded, 0, 1)).astype(np.uint8)
+
+
+def sunny_sky(size=192):
+    """A deep sky with a small sun, 60,000 times as bright, z up, on an equal-area octahedral map."""
+    pixels = sky(size)
+    v, u = (np.mgrid[0:size, 0:size] + 0.5) / size
+    pixels = np.minimum(pixels, 2.5) * 0.4
+    # One texel of 192 × 192 is about as wide as the sun: 1.1 degrees.
+    direction = np.array([-0.62, 0.5, 0.6]) / np.linalg.norm([-0.62, 0.5, 0.6])
+    x, y = octahedral(direction)
+    pixels[int(y * size), int(x * size)] = np.array([1.0, 0.86, 0.66]) * 30000
+    return pixels
+
+
+def octahedral(d):
+    """Coordinates in the map of a direction."""
+    r = np.sqrt(1 - abs(d[2]))
+    phi = np.arctan2(abs(d[1]), abs(d[0])) * 2 / np.pi
+    v = phi * r
+    u = r - v
+    if d[2] < 0:
+        u, v = 1 - v, 1 - u
+    return np.copysign(u, d[0]) / 2 + 0.5, np.copysign(v, d[1]) / 2 + 0.5
+
+
 write_png("grid.png", grid())
+write_png("screen.png", screen())
+write_exr("sunny-sky.exr", sunny_sky())
 write_exr("sky.exr", sky())

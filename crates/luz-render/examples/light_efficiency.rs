@@ -208,9 +208,9 @@ fn environment(folder: &Path) -> Result<(), String> {
     for map in &maps {
         for (kind, floor, ball) in materials {
             let text = format!(
-                "{HEAD} LookAt 0 3 -7  0 0.7 0  0 1 0 Camera \"perspective\" \"float fov\" 40 WorldBegin
+                "{HEAD} LookAt 0 4 -5  0 0.4 0  0 1 0 Camera \"perspective\" \"float fov\" 36 WorldBegin
                 AttributeBegin Rotate 90 -1 0 0 LightSource \"infinite\" \"string filename\" \"{}\" AttributeEnd
-                {floor} Shape \"bilinearmesh\" \"point3 P\" [-5 0 -5  -5 0 5  5 0 -5  5 0 5]
+                {floor} Shape \"bilinearmesh\" \"point3 P\" [-12 0 -12  -12 0 12  12 0 -12  12 0 12]
                 AttributeBegin Translate -1.2 0.9 0 Shape \"sphere\" \"float radius\" 0.9 AttributeEnd
                 {ball} AttributeBegin Translate 1.2 0.9 0 Shape \"sphere\" \"float radius\" 0.9 AttributeEnd",
                 map.display()

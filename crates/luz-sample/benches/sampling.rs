@@ -1,10 +1,12 @@
-//! Time per dimension of the samplers, and per sample of warps and distributions.
+//! Time per dimension of the samplers, per sample of warps and distributions, per weight and per step of a chain.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{Vec2, Vec3};
 use luz_sample::distribution::{Discrete, PiecewiseConstant2D};
+use luz_sample::markov::{Chain, Kernel, PrimarySample, PrimarySamples, Proposal};
+use luz_sample::mis::{Heuristic, Optimal};
 use luz_sample::random::Random;
 use luz_sample::{Sampler, SamplerConfig, SamplerKind, Samples, warp};
 
@@ -78,5 +80,46 @@ fn distributions(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, samplers, warps, distributions);
+fn weights(c: &mut Criterion) {
+    let heuristics = [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(3.0), Heuristic::Average];
+    for heuristic in heuristics {
+        each(c, &format!("mis/two/{heuristic}"), |u| black_box(heuristic).weight2(1.0, u.x, 1.0, u.y));
+        each(c, &format!("mis/four/{heuristic}"), |u| {
+            black_box(heuristic).weight(2, &[(1.0, u.x), (1.0, u.y), (1.0, u.x + u.y), (1.0, 0.5)])
+        });
+    }
+    let mut estimator = Optimal::<2, 3>::new([1, 1]);
+    each(c, "mis/optimal round", |u| {
+        let (x, y) = (f64::from(u.x) + 0.1, f64::from(u.y) + 0.1);
+        estimator.push(0, &[x, y], &[x, y, 1.0]);
+        estimator.push(1, &[y, x], &[1.0, x, y]);
+        estimator.end_round()
+    });
+}
+
+fn chains(c: &mut Criterion) {
+    let mut group = c.benchmark_group("chain");
+    // Paths of 40 dimensions, the step of the chain included.
+    group.throughput(Throughput::Elements(40));
+    for (name, large_probability) in [("small steps", 0.0), ("large steps", 1.0)] {
+        let mut chain = Chain::new(1, 0, PrimarySample::new(), 0.0);
+        let mut spare = PrimarySample::new();
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let step = chain.step(&mut spare, |current, proposed, random| {
+                    let mut samples = if random.next_f64() < large_probability {
+                        PrimarySamples::large(proposed, random)
+                    } else {
+                        PrimarySamples::small(current, proposed, Kernel::default(), random)
+                    };
+                    Some(Proposal::symmetric(f64::from(path(&mut samples))))
+                });
+                step.proposed_weight
+            })
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, samplers, warps, distributions, weights, chains);
 criterion_main!(benches);

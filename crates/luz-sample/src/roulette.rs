@@ -24,7 +24,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::statistics::Running;
 
@@ -166,7 +167,8 @@ pub fn throughput_survival(largest_throughput: f32, limits: &Limits) -> f32 {
 /// What came of the walks that went on from a place: mean and variance of their estimates in `C` channels, and their cost.
 ///
 /// Estimates are those of what is to be had from the place on, as if the walk had come there with throughput one. Costs are
-/// in any unit, such as rays or nanoseconds, everywhere the same.
+/// in any unit that is the same everywhere; counted steps or rays rather than seconds, if results are to be reproducible.
+/// Equal bits need the same outcomes pushed and merged in the same order, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcomes<const C: usize> {
     estimates: [Running; C],
@@ -216,6 +218,22 @@ impl<const C: usize> Outcomes<C> {
     /// The mean cost `C` of a continuation; 0 where none was seen.
     pub fn cost(&self) -> f64 {
         self.cost.mean()
+    }
+}
+
+impl<const C: usize> Serialize for Outcomes<C> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (&self.estimates[..], self.cost).serialize(serializer)
+    }
+}
+
+impl<'de, const C: usize> Deserialize<'de> for Outcomes<C> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (estimates, cost) = <(Vec<Running>, Running)>::deserialize(deserializer)?;
+        let estimates = estimates.try_into();
+        let estimates =
+            estimates.map_err(|e: Vec<Running>| D::Error::invalid_length(e.len(), &"one for each channel"))?;
+        Ok(Self { estimates, cost })
     }
 }
 

@@ -375,6 +375,54 @@ fn failures_and_empty_rounds_are_part_of_the_domain() {
 }
 
 #[test]
+fn hidden_points_are_failures() {
+    // Rays at random directions x, and points on a light at directions of density 2x, of which those below one half are
+    // hidden by something black.
+    let estimate = |hidden_fails: bool| {
+        let mut e = Optimal::<2, 1>::new([1, 1]);
+        let f = |x: f64| [if x < 0.5 { 0.0 } else { x * x }];
+        for index in 0..60_000 {
+            let mut random = Random::new(8, 0, index);
+            let (ray, point) = (random.next_f64(), random.next_f64().sqrt());
+            // What a ray hits is not the light there.
+            let seen = if ray < 0.5 { 0.0 } else { 2.0 * ray };
+            e.push(0, &[1.0, seen], &f(ray));
+            if point < 0.5 && hidden_fails {
+                e.push_failure(1);
+            } else {
+                e.push(1, &[1.0, 2.0 * point], &f(point));
+            }
+            e.end_round();
+        }
+        mean_z_test(e.progressive()[0], e.standard_error()[0].powi(2), 0.875 / 3.0, 0.0)
+    };
+    assert!(estimate(true) > 0.01);
+    assert!(estimate(false) < 1e-6);
+}
+
+#[test]
+fn any_densities_give_finite_estimates() {
+    for case in 0..2000 {
+        let mut random = Random::new(9, 0, case);
+        let mut e = Optimal::<3, 2>::new([1, 1 + case as u32 % 3, 1]);
+        for _ in 0..random.next_u64() % 60 {
+            for technique in 0..3 {
+                // From 1e-60 to 1e60, often zero, often equal.
+                let pdfs: [f64; 3] = std::array::from_fn(|_| match random.next_u64() % 4 {
+                    0 => 0.0,
+                    1 => 1.0,
+                    _ => 10f64.powf(120.0 * random.next_f64() - 60.0),
+                });
+                e.push(technique, &pdfs, &[random.next_f64(), 1e30]);
+            }
+            e.end_round();
+        }
+        let all = [e.direct(), e.progressive(), e.balance()];
+        assert!(all.as_flattened().iter().all(|x| x.is_finite()), "{e:?}");
+    }
+}
+
+#[test]
 fn degenerate_techniques_give_the_balance_heuristic() {
     // Equal densities: no control variate is to be had.
     let mut e = Optimal::<3, 1>::new([1, 2, 1]);

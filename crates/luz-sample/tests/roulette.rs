@@ -238,6 +238,9 @@ fn outcomes_that_make_no_sense_change_nothing() {
     half.merge(&rest);
     assert!((half.variance(0) - whole.variance(0)).abs() < 1e-12 && half.mean(0) == whole.mean(0));
     assert_eq!((half.mean(7), half.variance(7)), (0.0, f64::INFINITY));
+    let text = serde_json::to_string(&half).expect("plain numbers");
+    assert_eq!(serde_json::from_str::<Outcomes<1>>(&text).expect("what was written"), half);
+    assert!(serde_json::from_str::<Outcomes<2>>(&text).is_err());
 }
 
 #[test]

@@ -37,7 +37,7 @@ fn polygon(footprint: &UvFootprint) -> ([Vec2; 4], usize) {
 impl Screen<'_> {
     fn steer(&self, at: Vec2, area: f32) -> Steering {
         /// The largest ratio of a part's area to its distance squared at which its middle stands for all of it.
-        const FAR: f32 = 0.02;
+        const FAR: f32 = 0.06;
         let Some(point) = self.shape.at_uv(self.primitive, image_coordinates(at)) else { return Steering::NONE };
         let area = point.area_by_uv * area;
         let to = point.position - self.reference.position;

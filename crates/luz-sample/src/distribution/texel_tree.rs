@@ -53,30 +53,79 @@ impl Level {
     }
 }
 
-/// A cell, or part of a texel, with what of the polygon is in it.
+/// A cell, or part of a texel.
 #[derive(Clone, Copy)]
-struct Part {
+struct Span {
     level: usize,
     cell: [usize; 2],
-    /// The span in texels.
+    /// In texels.
     min: DVec2,
     max: DVec2,
-    /// `None` where all of the span belongs to the polygon, and nothing else.
-    polygon: Option<Polygon>,
-    /// Of the polygon, in texels.
-    area: f64,
     /// How often the texel has been halved.
     halvings: u32,
 }
 
+impl Span {
+    fn area(&self) -> f64 {
+        (self.max.x - self.min.x) * (self.max.y - self.min.y)
+    }
+
+    /// The parts below and above a line.
+    fn cut(&self, axis: usize, line: f64) -> [Self; 2] {
+        let (mut low, mut high) = (*self, *self);
+        low.max[axis] = line;
+        high.min[axis] = line;
+        [low, high]
+    }
+}
+
+/// What of the polygon is in a span, in texels.
+#[derive(Clone, Copy)]
+enum Part {
+    /// All of the span, and nothing else.
+    Whole(Span),
+    /// Some of it, and of its area.
+    Some(Span, Polygon, f64),
+}
+
 impl Part {
+    fn new(span: Span, polygon: Polygon) -> Self {
+        let area = polygon.area();
+        let (min, max) = polygon.bounds();
+        let within = min.cmpge(span.min).all() && max.cmple(span.max).all();
+        if within && area >= span.area() * (1.0 - 1e-12) { Self::Whole(span) } else { Self::Some(span, polygon, area) }
+    }
+
+    fn span(&self) -> &Span {
+        match self {
+            Self::Whole(span) | Self::Some(span, ..) => span,
+        }
+    }
+
+    fn area(&self) -> f64 {
+        match self {
+            Self::Whole(span) => span.area(),
+            Self::Some(.., area) => *area,
+        }
+    }
+
     fn middle(&self) -> DVec2 {
-        self.polygon.map_or((self.min + self.max) * 0.5, |p| p.middle())
+        match self {
+            Self::Whole(span) => (span.min + span.max) * 0.5,
+            Self::Some(_, polygon, _) => polygon.middle(),
+        }
     }
 }
 
 /// Where a part is halved: coordinate `axis` at `at`.
 type Split = (usize, f64);
+
+/// What has been decided on the way down.
+struct Descent {
+    probability: f32,
+    /// Whether nothing steers any more.
+    is_settled: bool,
+}
 
 impl TexelTree {
     /// The tree over `values`, finite and not negative: rows of `width` along x, `height` of them along y, the first at
@@ -120,20 +169,15 @@ impl TexelTree {
     /// The mean of the table over a convex polygon.
     pub fn mean_over(&self, polygon: &[Vec2]) -> f64 {
         let whole = self.whole(polygon);
-        if whole.area > 0.0 { self.total(&whole) / whole.area } else { 0.0 }
+        if whole.area() > 0.0 { self.total(&whole) / whole.area() } else { 0.0 }
     }
 
     fn total(&self, part: &Part) -> f64 {
-        if part.area <= 0.0 {
-            return 0.0;
+        let Part::Some(span, ..) = part else { return self.mean_of(part.span()) * part.area() };
+        if part.area() <= 0.0 || self.is_texel(span) {
+            return self.mean_of(span) * part.area();
         }
-        if part.polygon.is_none() || part.level + 1 == self.levels.len() {
-            return self.mean_of(part) * part.area;
-        }
-        match self.halves(part) {
-            (_, [only, None]) => self.total(&only.unwrap_or(*part)),
-            (_, halves) => halves.iter().flatten().map(|half| self.total(half)).sum(),
-        }
+        self.halves(part).1.iter().flatten().map(|half| self.total(half)).sum()
     }
 
     /// A point of a convex polygon and its density, in area; `None` where the table is zero all over it.
@@ -141,55 +185,92 @@ impl TexelTree {
     /// `steer` is asked, about the middle of parts of the polygon and their areas, what factor their weights deserve.
     #[inline]
     pub fn sample(&self, polygon: &[Vec2], mut u: Vec2, steer: impl Fn(Vec2, f32) -> Steering) -> Option<(Vec2, f32)> {
-        let mut part = self.whole(polygon);
-        let mut probability = 1.0;
-        let mut is_settled = false;
-        while let Some(((axis, _), halves)) = self.step(&part, is_settled) {
-            let (first, settled) = self.first_share(&halves, is_settled, &steer)?;
-            is_settled = settled;
-            let (taken, share) = if u[axis] < first {
-                u[axis] /= first;
-                (halves[0], first)
-            } else {
-                u[axis] = (u[axis] - first) / (1.0 - first);
-                (halves[1], 1.0 - first)
-            };
-            u[axis] = u[axis].min(ONE_MINUS_EPSILON);
-            probability *= share;
-            part = taken?;
-        }
-        if self.mean_of(&part) <= 0.0 || part.area <= 0.0 {
-            return None;
-        }
-        let at = match &part.polygon {
-            Some(polygon) => polygon.sample(u),
-            None => part.min + (part.max - part.min) * u.as_dvec2(),
+        let choose = |first: f32, axis: usize, u: &mut Vec2, descent: &mut Descent| {
+            let second = u[axis] >= first;
+            let (share, within) = if second { (1.0 - first, u[axis] - first) } else { (first, u[axis]) };
+            u[axis] = (within / share).min(ONE_MINUS_EPSILON);
+            descent.probability *= share;
+            usize::from(second)
         };
-        let point = (at / self.scale()).as_vec2();
-        let density = (f64::from(probability) * self.texels() / part.area) as f32;
-        (density > 0.0 && density.is_finite()).then_some((point, density))
+        let mut descent = Descent { probability: 1.0, is_settled: false };
+        let mut part = self.whole(polygon);
+        while let Part::Some(span, ..) = &part {
+            if self.ends(span, &descent) {
+                break;
+            }
+            let ((axis, _), halves) = self.halves(&part);
+            let first = self.first_share(&halves, &mut descent, &steer)?;
+            part = halves[choose(first, axis, &mut u, &mut descent)]?;
+        }
+        let (at, last, area) = match part {
+            Part::Some(span, polygon, area) => (polygon.sample(u), span, area),
+            Part::Whole(mut span) => {
+                while !self.ends(&span, &descent) {
+                    let ((axis, _), halves) = self.span_halves(&span);
+                    let first = self.first_share_of_spans(&halves, &mut descent, &steer)?;
+                    span = halves[choose(first, axis, &mut u, &mut descent)]?;
+                }
+                (span.min + (span.max - span.min) * u.as_dvec2(), span, span.area())
+            }
+        };
+        let density = self.density(&last, area, &descent);
+        (density > 0.0).then(|| ((at / self.scale()).as_vec2(), density))
     }
 
     /// The density of [`sample`](Self::sample) at a point of the polygon, with the same polygon and steering.
     #[inline]
     pub fn pdf(&self, polygon: &[Vec2], at: Vec2, steer: impl Fn(Vec2, f32) -> Steering) -> f32 {
         let at = at.as_dvec2() * self.scale();
-        let mut part = self.whole(polygon);
-        let mut probability = 1.0;
-        let mut is_settled = false;
-        while let Some(((axis, line), halves)) = self.step(&part, is_settled) {
-            let Some((first, settled)) = self.first_share(&halves, is_settled, &steer) else { return 0.0 };
-            is_settled = settled;
+        let choose = |first: f32, (axis, line): Split, descent: &mut Descent| {
             let second = at[axis] >= line;
-            probability *= if second { 1.0 - first } else { first };
-            let Some(taken) = halves[usize::from(second)] else { return 0.0 };
+            descent.probability *= if second { 1.0 - first } else { first };
+            usize::from(second)
+        };
+        let mut descent = Descent { probability: 1.0, is_settled: false };
+        let mut part = self.whole(polygon);
+        while let Part::Some(span, ..) = &part {
+            if self.ends(span, &descent) {
+                break;
+            }
+            let (split, halves) = self.halves(&part);
+            let Some(first) = self.first_share(&halves, &mut descent, &steer) else { return 0.0 };
+            let Some(taken) = halves[choose(first, split, &mut descent)] else { return 0.0 };
             part = taken;
         }
-        if self.mean_of(&part) <= 0.0 || part.area <= 0.0 {
+        let (last, area) = match part {
+            Part::Some(span, _, area) => (span, area),
+            Part::Whole(mut span) => {
+                while !self.ends(&span, &descent) {
+                    let (split, halves) = self.span_halves(&span);
+                    let first = self.first_share_of_spans(&halves, &mut descent, &steer);
+                    let Some(first) = first else { return 0.0 };
+                    let Some(taken) = halves[choose(first, split, &mut descent)] else { return 0.0 };
+                    span = taken;
+                }
+                (span, span.area())
+            }
+        };
+        self.density(&last, area, &descent)
+    }
+
+    #[inline]
+    fn density(&self, span: &Span, area: f64, descent: &Descent) -> f32 {
+        if self.mean_of(span) <= 0.0 || area <= 0.0 {
             return 0.0;
         }
-        let density = (f64::from(probability) * self.texels() / part.area) as f32;
+        let density = (f64::from(descent.probability) * self.texels() / area) as f32;
         if density.is_finite() { density } else { 0.0 }
+    }
+
+    #[inline]
+    fn is_texel(&self, span: &Span) -> bool {
+        span.level + 1 == self.levels.len()
+    }
+
+    /// Whether a part is not to be halved any more.
+    #[inline]
+    fn ends(&self, span: &Span, descent: &Descent) -> bool {
+        self.is_texel(span) && (descent.is_settled || span.halvings >= MOST_HALVINGS)
     }
 
     fn scale(&self) -> DVec2 {
@@ -202,77 +283,117 @@ impl TexelTree {
 
     fn whole(&self, polygon: &[Vec2]) -> Part {
         let scale = self.scale();
-        let polygon = Polygon::new(polygon.iter().map(|c| c.as_dvec2() * scale));
-        let part = Part {
-            level: 0,
-            cell: [0, 0],
-            min: DVec2::ZERO,
-            max: scale,
-            polygon: Some(polygon),
-            area: polygon.area(),
-            halvings: 0,
-        };
-        part.simplified()
+        let span = Span { level: 0, cell: [0, 0], min: DVec2::ZERO, max: scale, halvings: 0 };
+        Part::new(span, Polygon::new(polygon.iter().map(|c| c.as_dvec2() * scale)))
     }
 
-    /// The mean of the texels of the cell that a part belongs to.
+    /// The mean of the texels of the cell that a span belongs to.
     #[inline]
-    fn mean_of(&self, part: &Part) -> f64 {
-        let level = &self.levels[part.level];
-        let texels = |axis: usize| {
-            let from = part.cell[axis] * level.cell[axis];
-            (level.cell[axis].min(self.size[axis] - from)) as f64
-        };
-        f64::from(level.sum(part.cell)) / (texels(0) * texels(1))
+    fn mean_of(&self, span: &Span) -> f64 {
+        let level = &self.levels[span.level];
+        let texels = |axis: usize| level.cell[axis].min(self.size[axis] - span.cell[axis] * level.cell[axis]) as f64;
+        f64::from(level.sum(span.cell)) / (texels(0) * texels(1))
     }
 
-    /// The halves of a part that is to be halved.
+    /// The halves of a cell, or the only one, and where it is halved.
     #[inline]
-    fn step(&self, part: &Part, is_settled: bool) -> Option<(Split, [Option<Part>; 2])> {
-        let is_texel = part.level + 1 == self.levels.len();
-        (!is_texel || (!is_settled && part.halvings < MOST_HALVINGS)).then(|| self.halves(part))
-    }
-
-    fn halves(&self, part: &Part) -> (Split, [Option<Part>; 2]) {
-        if part.level + 1 == self.levels.len() {
-            return halved_texel(part);
-        }
-        let level = &self.levels[part.level + 1];
-        let axis = usize::from(level.count[0] == self.levels[part.level].count[0]);
-        let mut cell = part.cell;
+    fn cells(&self, span: &Span) -> (Split, [Option<Span>; 2]) {
+        let level = &self.levels[span.level + 1];
+        let axis = usize::from(level.count[0] == self.levels[span.level].count[0]);
+        let mut cell = span.cell;
         cell[axis] *= 2;
-        let line = ((cell[axis] + 1) * level.cell[axis]) as f64;
-        let below = Part { level: part.level + 1, cell, ..*part };
+        let below = Span { level: span.level + 1, cell, ..*span };
         if cell[axis] + 1 >= level.count[axis] {
             return ((axis, f64::INFINITY), [Some(below), None]);
         }
-        cell[axis] += 1;
-        ((axis, line), cut(&below, &Part { cell, ..below }, axis, line))
+        let line = ((cell[axis] + 1) * level.cell[axis]) as f64;
+        let [low, mut high] = below.cut(axis, line);
+        high.cell[axis] += 1;
+        ((axis, line), [Some(low), Some(high)])
     }
 
-    /// The probability of the first half, and whether both need no more steering; `None` where neither has any weight.
+    #[inline]
+    fn span_halves(&self, span: &Span) -> (Split, [Option<Span>; 2]) {
+        if !self.is_texel(span) {
+            return self.cells(span);
+        }
+        let axis = longer_side(span.max - span.min);
+        let line = 0.5 * (span.min[axis] + span.max[axis]);
+        let next = Span { halvings: span.halvings + 1, ..*span };
+        ((axis, line), next.cut(axis, line).map(Some))
+    }
+
+    fn halves(&self, part: &Part) -> (Split, [Option<Part>; 2]) {
+        let Part::Some(span, polygon, area) = part else {
+            let (split, halves) = self.span_halves(part.span());
+            return (split, halves.map(|half| half.map(Part::Whole)));
+        };
+        let ((axis, line), spans) = if self.is_texel(span) {
+            // Of a texel that goes on beyond the table all that the polygon has is halved.
+            let (min, max) = polygon.bounds();
+            let axis = longer_side(max - min);
+            let line = 0.5 * (min[axis] + max[axis]);
+            let next = Span { halvings: span.halvings + 1, ..*span };
+            ((axis, line), next.cut(axis, line).map(Some))
+        } else {
+            self.cells(span)
+        };
+        match spans {
+            [Some(low), Some(high)] => {
+                let [a, b] = polygon.cut(axis, line);
+                ((axis, line), [Some(Part::new(low, a)), Some(Part::new(high, b))])
+            }
+            [only, _] => ((axis, line), [only.map(|span| Part::Some(span, *polygon, *area)), None]),
+        }
+    }
+
+    /// The probability of the first half; `None` where neither has any weight.
     #[inline]
     fn first_share(
         &self,
         halves: &[Option<Part>; 2],
-        is_settled: bool,
+        descent: &mut Descent,
         steer: &impl Fn(Vec2, f32) -> Steering,
-    ) -> Option<(f32, bool)> {
-        if halves[1].is_none() {
-            return Some((1.0, is_settled));
+    ) -> Option<f32> {
+        let of = |half: &Option<Part>| match half {
+            Some(part) if part.area() > 0.0 => (self.mean_of(part.span()) * part.area(), part.middle(), part.area()),
+            _ => (0.0, DVec2::ZERO, 0.0),
+        };
+        if halves[1].is_none() { Some(1.0) } else { self.share([of(&halves[0]), of(&halves[1])], descent, steer) }
+    }
+
+    #[inline]
+    fn first_share_of_spans(
+        &self,
+        halves: &[Option<Span>; 2],
+        descent: &mut Descent,
+        steer: &impl Fn(Vec2, f32) -> Steering,
+    ) -> Option<f32> {
+        let of = |span: &Span| (self.mean_of(span) * span.area(), (span.min + span.max) * 0.5, span.area());
+        match halves {
+            [Some(a), Some(b)] => self.share([of(a), of(b)], descent, steer),
+            _ => Some(1.0),
         }
-        let mut settled = true;
-        let weights = halves.map(|half| {
-            let Some(part) = half.filter(|p| p.area > 0.0) else { return 0.0 };
-            let weight = self.mean_of(&part) * part.area;
-            if is_settled || weight <= 0.0 {
-                return weight;
+    }
+
+    /// The probability of the first of two parts, given by their weights, middles, and areas.
+    #[inline]
+    fn share(
+        &self,
+        parts: [(f64, DVec2, f64); 2],
+        descent: &mut Descent,
+        steer: &impl Fn(Vec2, f32) -> Steering,
+    ) -> Option<f32> {
+        let mut weights = parts.map(|(weight, ..)| weight);
+        if !descent.is_settled {
+            let mut settled = true;
+            for (weight, (_, middle, area)) in weights.iter_mut().zip(parts).filter(|(weight, _)| **weight > 0.0) {
+                let steering = steer((middle / self.scale()).as_vec2(), (area / self.texels()) as f32);
+                settled &= steering.is_settled;
+                *weight *= f64::from(steering.factor);
             }
-            let middle = (part.middle() / self.scale()).as_vec2();
-            let steering = steer(middle, (part.area / self.texels()) as f32);
-            settled &= steering.is_settled;
-            weight * f64::from(steering.factor)
-        });
+            descent.is_settled = settled;
+        }
         let sum = weights[0] + weights[1];
         if sum.is_nan() || sum <= 0.0 || sum.is_infinite() {
             return None;
@@ -280,55 +401,12 @@ impl TexelTree {
         // What has no weight has no probability, and what has some keeps it.
         let first = (weights[0] / sum) as f32;
         let first = if weights[0] > 0.0 { first.max(f32::MIN_POSITIVE) } else { 0.0 };
-        Some((if weights[1] > 0.0 { first.min(ONE_MINUS_EPSILON) } else { 1.0 }, settled))
+        Some(if weights[1] > 0.0 { first.min(ONE_MINUS_EPSILON) } else { 1.0 })
     }
 }
 
-impl Part {
-    /// Without the polygon where that is the whole span.
-    fn simplified(self) -> Self {
-        let Some(polygon) = &self.polygon else { return self };
-        let span = self.max - self.min;
-        let (min, max) = polygon.bounds();
-        let within = min.cmpge(self.min).all() && max.cmple(self.max).all();
-        if within && self.area >= span.x * span.y * (1.0 - 1e-12) {
-            Self { polygon: None, area: span.x * span.y, ..self }
-        } else {
-            self
-        }
-    }
-}
-
-/// The parts below and above a line of what `below` holds; the one above belongs to the cell of `above`.
-fn cut(below: &Part, above: &Part, axis: usize, line: f64) -> [Option<Part>; 2] {
-    let (mut low, mut high) = (*below, *above);
-    low.max[axis] = line;
-    high.min[axis] = line;
-    match &below.polygon {
-        None => {
-            let area = |p: &Part| (p.max.x - p.min.x) * (p.max.y - p.min.y);
-            low.area = area(&low);
-            high.area = area(&high);
-            [Some(low), Some(high)]
-        }
-        Some(polygon) => {
-            let parts = polygon.cut(axis, line);
-            let with = |part: Part, polygon: Polygon| {
-                Some(Part { area: polygon.area(), polygon: Some(polygon), ..part }.simplified())
-            };
-            [with(low, parts[0]), with(high, parts[1])]
-        }
-    }
-}
-
-/// The halves of a texel, or what of the polygon is in it, along its longer side.
-fn halved_texel(part: &Part) -> (Split, [Option<Part>; 2]) {
-    let (min, max) = part.polygon.map_or((part.min, part.max), |p| p.bounds());
-    let span = max - min;
-    let axis = usize::from(span.y > span.x);
-    let line = 0.5 * (min[axis] + max[axis]);
-    let next = Part { halvings: part.halvings + 1, ..*part };
-    ((axis, line), cut(&next, &next, axis, line))
+fn longer_side(extent: DVec2) -> usize {
+    usize::from(extent.y > extent.x)
 }
 
 /// A level with half as many cells along an axis.

@@ -38,6 +38,10 @@ const CUTOFF: f64 = 1e-10;
 /// * [`Self::direct`]: `α` comes from all samples, the same that are weighted. Consistent, with a bias that vanishes as one
 ///   over the number of rounds (the paper's Algorithm 1).
 ///
+/// An estimator can also serve several integrals that are alike, such as those of neighbouring pixels: each takes the
+/// estimates of its own rounds, which are as unbiased, from an `α` that is best for their mean, is learned sooner, and takes
+/// less memory.
+///
 /// # What it asks of densities
 ///
 /// The control variates are right only if every `pₖ` is the density that its technique really has, and integrates to one:
@@ -45,8 +49,11 @@ const CUTOFF: f64 = 1e-10;
 /// * a technique that fails to make a sample (as one that draws a direction below a surface) says so by
 ///   [`Self::push_failure`];
 /// * a round in which nothing is to be integrated, so that no technique was asked, is [`Self::end_empty_round`];
-/// * `pₖ` must be evaluated where other techniques drew, too. A technique of which only an approximate density is known
-///   biases the result, unlike with heuristics, and so has no place here;
+/// * `pₖ` must be evaluated where other techniques drew, too, and by every technique in the same way. Where one draws points
+///   on a light and another rays, a point hidden from where it is looked at is one that no ray finds: it is a failure of
+///   the former, not a sample with the densities of both; and a ray that ends elsewhere has the density zero for the former;
+/// * a technique of which only an approximate density is known biases the result, unlike with heuristics, and so has no
+///   place here;
 /// * delta distributions are to be handled apart, each by the one technique that can draw it.
 ///
 /// ```

@@ -428,23 +428,12 @@ impl<'a> Builder<'a> {
         self.require_world("Shape", span);
         let entity = self.entity(span, kind, parameters, Some(AttributeTarget::Shape));
         self.check(Category::Shape, &entity, None);
-        let mut area_light = self.state.area_light;
-        if let (Some(object), Some(light)) = (&self.active_object, area_light) {
-            let message = "a shape in an object cannot be an area light: it will not shine";
-            let light = self.area_lights[light].span;
-            self.diagnostics.push(
-                Diagnostic::warning(span, message)
-                    .with_note(light, "the area light")
-                    .with_note(object.span, "the object"),
-            );
-            area_light = None;
-        }
         let shape = ShapeEntity {
             entity,
             world_from_object: self.state.transforms.to_set(),
             reverse_orientation: self.state.reverse_orientation,
             material: self.state.material,
-            area_light,
+            area_light: self.state.area_light,
             inside_medium: self.state.inside_medium,
             outside_medium: self.state.outside_medium,
             mesh: None,

@@ -182,6 +182,9 @@ pub struct OverrideArguments {
     /// How lights are chosen: bvh, power, uniform
     #[arg(long, value_name = "NAME")]
     pub light_sampler: Option<LightSampler>,
+    /// Whether environment maps leave dim directions to the BSDF where both are combined (MIS compensation)
+    #[arg(long, value_name = "BOOL")]
+    pub mis_compensation: Option<bool>,
     /// Which techniques look for direct light: bsdf, light, both
     #[arg(long, value_name = "NAME")]
     pub technique: Option<Technique>,
@@ -224,6 +227,7 @@ impl OverrideArguments {
         add("filter", self.filter.and_then(possible_name));
         add("film", self.film.and_then(possible_name));
         add("light-sampler", self.light_sampler.map(|v| text(&v)));
+        add("mis-compensation", self.mis_compensation.map(|v| text(&v)));
         add("technique", self.technique.map(|v| text(&v)));
         add("mis", self.mis.map(|v| text(&v)));
         add("roulette", self.roulette.map(|v| text(&v)));

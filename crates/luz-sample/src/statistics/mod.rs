@@ -1,6 +1,10 @@
 //! Statistics of a stream of numbers.
 
+mod power_law;
+
 use serde::{Deserialize, Serialize};
+
+pub use power_law::PowerLaw;
 
 /// Count, mean and variance of numbers that are seen once (Welford 1962), in `f64`.
 ///
