@@ -6,7 +6,7 @@ use super::guides::{Guides, prepare};
 use super::job::{Outcome, Start, Work};
 use super::selection::{Rest, Selection};
 use super::ticker::Ticker;
-use super::values::MethodName;
+use super::values::{GuideArgument, MethodName};
 use crate::program::exit::Exit;
 use luz::filter::{BilateralFilter, Filtered, Guide, Method, Progress, Sampling, VideoFilter, VideoGuide};
 use luz::image::Image;
@@ -38,13 +38,13 @@ fn start(arguments: &FilterArguments) -> Result<Exit, Exit> {
     struct Settings<'a> {
         filter: BilateralFilter,
         sigma_temporal: Option<f32>,
-        guides: Vec<String>,
+        guides: &'a [GuideArgument],
         channels: &'a [String],
     }
     let settings = Settings {
         filter,
         sigma_temporal: arguments.sigma_temporal,
-        guides: arguments.guide.iter().map(|g| format!("{g:?}")).collect(),
+        guides: &arguments.guide,
         channels: &arguments.channels,
     };
     let mut work = FilterWork { arguments, filter, guides, video: None, rests: VecDeque::new() };

@@ -23,7 +23,7 @@ enum Frames {
     /// The input's own.
     Own,
     /// The same image for all frames.
-    Still(Image),
+    Still(Box<Image>),
     /// A video beside that of the input.
     Video(Box<VideoReader>),
 }
@@ -36,7 +36,7 @@ impl Guides {
             let frames = match &argument.file {
                 None => Frames::Own,
                 Some(file) if VideoKind::from_path(file).is_none() => {
-                    Frames::Still(Image::read_with(file, &ReadOptions::stored())?)
+                    Frames::Still(Box::new(Image::read_with(file, &ReadOptions::stored())?))
                 }
                 Some(file) if is_video => {
                     Frames::Video(Box::new(VideoReader::open(file, &video_options(&arguments.files))?))

@@ -108,10 +108,9 @@ impl Start {
             None => Image::read_with(&files.input, &ReadOptions::stored()).map(Input::Image).map_err(Failure::from),
         };
         let input = input.map_err(|failure| failure.report())?;
-        if let Input::Video(reader) = &input {
-            if reader.info().is_interlaced() && !files.quiet {
-                problems::warning("the video is interlaced; its frames are filtered as if they were progressive");
-            }
+        let is_interlaced = matches!(&input, Input::Video(reader) if reader.info().is_interlaced());
+        if is_interlaced && !files.quiet {
+            problems::warning("the video is interlaced; its frames are filtered as if they were progressive");
         }
         Ok(Self { input, seconds: start.elapsed().as_secs_f64() })
     }

@@ -4,6 +4,7 @@ use crate::program::values::OutputFile;
 use clap::ValueEnum;
 use luz::filter::{Border, Density, Distance, SampleCount, Scale, Strategy};
 use luz::image::video::VideoKind;
+use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -119,7 +120,7 @@ impl FromStr for Pixel {
 }
 
 /// `[FILE][@CHANNELS][=R]`
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GuideArgument {
     /// The file; none for the input itself.
     pub file: Option<PathBuf>,
