@@ -56,9 +56,9 @@ impl RenderCost {
 
     /// Adds what other passes have cost.
     pub fn add(&mut self, other: &Self) {
-        self.paths += other.paths;
-        self.rays += other.rays;
-        self.shadow_rays += other.shadow_rays;
+        self.paths = self.paths.saturating_add(other.paths);
+        self.rays = self.rays.saturating_add(other.rays);
+        self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
         self.seconds += other.seconds;
     }
 }
