@@ -6,6 +6,7 @@ mod compare;
 mod determinism;
 mod info;
 mod interrupt;
+mod pieces;
 mod render;
 mod study;
 mod support;
