@@ -16,6 +16,8 @@ mod sphere_map;
 pub mod texture;
 pub mod world;
 
-pub use render::{Failure, Incident, Incidents, Part, PartError, PartHeader, RenderCost, Renderer, Shard, adaptive};
+pub use render::{
+    Failure, Incident, Incidents, PASS_TIME, Part, PartError, PartHeader, RenderCost, Renderer, Shard, adaptive,
+};
 pub use settings::{Crop, Overrides, Settings};
 pub use sphere_map::SphereMap;

@@ -16,9 +16,16 @@ pub struct PixelBounds {
 }
 
 impl PixelBounds {
-    /// Is this no window of a frame of such a size?
+    /// Films of more pixels are taken for a slip of the keyboard.
+    pub const MOST_PIXELS: usize = 1 << 30;
+
+    /// Is this no window of a frame of such a size, or one that no film has?
     pub fn is_absurd(&self, [width, height]: [u32; 2]) -> bool {
-        self.x0 >= self.x1 || self.y0 >= self.y1 || self.x1 > width || self.y1 > height
+        self.x0 >= self.x1
+            || self.y0 >= self.y1
+            || self.x1 > width
+            || self.y1 > height
+            || self.area() > Self::MOST_PIXELS
     }
 
     /// Columns.

@@ -31,11 +31,15 @@ pub(super) enum SampleLimits {
     Uniform(u32),
     /// As many until the pilots are done.
     Undecided { target: f64, pilot: u32, most: u32 },
-    /// For each pixel and half.
+    /// For each pixel and half. Saved apart.
     Decided {
-        /// Saved apart.
+        /// What the error takes, however much that is.
         #[serde(skip)]
         limits: Vec<[u32; 2]>,
+        /// The most that is given.
+        #[serde(skip)]
+        most: u32,
+        #[serde(skip)]
         rounds: u32,
     },
 }
@@ -54,7 +58,7 @@ impl SampleLimits {
         match self {
             Self::Uniform(limit) => *limit,
             Self::Undecided { pilot, .. } => *pilot,
-            Self::Decided { limits, .. } => limits[pixel][half],
+            Self::Decided { limits, most, .. } => limits[pixel][half].min(*most),
         }
     }
 
@@ -79,10 +83,9 @@ impl SampleLimits {
             Self::Uniform(rounds) | Self::Undecided { most: rounds, .. } => {
                 f64::from(done) / f64::from((*rounds).max(1))
             }
-            Self::Decided { limits, .. } => {
-                let count =
-                    |limit: &dyn Fn(u32) -> u32| limits.iter().flatten().map(|&l| u64::from(limit(l))).sum::<u64>();
-                count(&|limit| limit.min(done)) as f64 / count(&|limit| limit).max(1) as f64
+            Self::Decided { limits, most, .. } => {
+                let up_to = |most: u32| limits.iter().flatten().map(|&l| u64::from(l.min(most))).sum::<u64>();
+                up_to(done.min(*most)) as f64 / up_to(*most).max(1) as f64
             }
         }
     }
@@ -90,21 +93,23 @@ impl SampleLimits {
     /// Itself without the limits of pixels, and those.
     pub fn saved(&self) -> (Self, &[[u32; 2]]) {
         match self {
-            Self::Decided { limits, rounds } => (Self::Decided { limits: Vec::new(), rounds: *rounds }, limits),
+            Self::Decided { limits, .. } => (Self::Decided { limits: Vec::new(), most: 0, rounds: 0 }, limits),
             undecided => (undecided.clone(), &[]),
         }
     }
 
-    /// What was saved, for so many pixels; `None` if it does not fit, or is of other limits than these.
+    /// What was saved, for so many pixels; `None` if it does not fit. How many samples there are to be at most is the present
+    /// wish: a render may go on for more samples than it was begun for.
     pub fn restored(&self, saved: Self, limits: &[u8], pixels: usize) -> Option<Self> {
         match saved {
-            Self::Decided { rounds, .. } if matches!(self, Self::Undecided { .. }) => {
+            Self::Decided { .. } => {
                 let (chunks, rest) = limits.as_chunks::<8>();
-                let whole = rest.is_empty() && chunks.len() == pixels;
+                if !rest.is_empty() || chunks.len() != pixels {
+                    return None;
+                }
                 let limits = chunks.iter().map(|bytes| bytemuck::pod_read_unaligned(bytes)).collect();
-                whole.then_some(Self::Decided { limits, rounds })
+                Some(Self::decided(limits, self.most()))
             }
-            // The present wish counts: a render may go on for more samples than it was begun for.
             _ if limits.is_empty() => Some(self.clone()),
             _ => None,
         }
@@ -117,7 +122,7 @@ impl SampleLimits {
             return;
         }
         let needs = [0, 1].map(|half| needed(film, half, target));
-        let clamp = |needed: f64| if needed.is_finite() { (needed.ceil() as u32).clamp(pilot, most) } else { most };
+        let clamp = |needed: f64| if needed.is_finite() { (needed.ceil() as u32).max(pilot) } else { u32::MAX };
         let is_ours = film.half(0).map(|pixel| pixel.count() > 0);
         // Crossed: each half obeys the other.
         let limits: Vec<[u32; 2]> = needs[1]
@@ -130,8 +135,19 @@ impl SampleLimits {
                 },
             )
             .collect();
-        let rounds = limits.iter().flatten().copied().max().unwrap_or(pilot);
-        *self = Self::Decided { limits, rounds };
+        *self = Self::decided(limits, most);
+    }
+
+    fn decided(limits: Vec<[u32; 2]>, most: u32) -> Self {
+        let rounds = limits.iter().flatten().copied().max().unwrap_or(0).min(most);
+        Self::Decided { limits, most, rounds }
+    }
+
+    /// The most samples that a half may get.
+    fn most(&self) -> u32 {
+        match self {
+            Self::Uniform(most) | Self::Undecided { most, .. } | Self::Decided { most, .. } => *most,
+        }
     }
 }
 

@@ -58,8 +58,8 @@ impl Incidents {
 
     /// Counts all that others have counted.
     pub fn merge(&mut self, other: Self) {
-        self.not_finite += other.not_finite;
-        self.panics += other.panics;
+        self.not_finite = self.not_finite.saturating_add(other.not_finite);
+        self.panics = self.panics.saturating_add(other.panics);
         let room = REMEMBERED.saturating_sub(self.first.len());
         self.first.extend(other.first.into_iter().take(room));
     }

@@ -56,15 +56,15 @@ impl RenderCost {
 
     /// Adds what other passes have cost.
     pub fn add(&mut self, other: &Self) {
-        self.paths += other.paths;
-        self.rays += other.rays;
-        self.shadow_rays += other.shadow_rays;
+        self.paths = self.paths.saturating_add(other.paths);
+        self.rays = self.rays.saturating_add(other.rays);
+        self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
         self.seconds += other.seconds;
     }
 }
 
-/// How long a pass should take, so that whoever watches or interrupts is answered soon.
-const PASS_TIME: Duration = Duration::from_millis(700);
+/// How long a pass should take, if nothing else is said: whoever watches or interrupts is answered soon.
+pub const PASS_TIME: Duration = Duration::from_millis(700);
 
 /// A render in progress.
 pub struct Renderer<'a> {
@@ -80,6 +80,7 @@ pub struct Renderer<'a> {
     guide: Option<EfficiencyGuide>,
     pixel_records: Vec<PixelRecord>,
     rounds_done: u32,
+    pass_time: Duration,
     limits: SampleLimits,
     cost: RenderCost,
     incidents: Incidents,
@@ -120,6 +121,7 @@ impl<'a> Renderer<'a> {
             pixel_records: vec![PixelRecord::default(); if guide.is_some() { settings.bounds.area() } else { 0 }],
             guide,
             rounds_done: 0,
+            pass_time: PASS_TIME,
             limits: SampleLimits::new(settings.adaptive, settings.sample_limit.div_ceil(buffers)),
             cost: RenderCost::default(),
             incidents: Incidents::default(),
@@ -133,6 +135,11 @@ impl<'a> Renderer<'a> {
     pub fn set_shard(&mut self, shard: Shard) {
         self.shard = shard;
         self.columns = columns(shard, self.film.bounds());
+    }
+
+    /// How long passes should take, as far as their samples let them.
+    pub fn set_pass_time(&mut self, time: Duration) {
+        self.pass_time = time;
     }
 
     /// The part of the frame that is rendered.
@@ -183,7 +190,7 @@ impl<'a> Renderer<'a> {
             return left.min(1);
         }
         let per_round = self.cost.seconds / f64::from(self.rounds_done);
-        let fitting = (PASS_TIME.as_secs_f64() / per_round).clamp(1.0, 65536.0) as u32;
+        let fitting = (self.pass_time.as_secs_f64() / per_round).clamp(1.0, 65536.0) as u32;
         // Doubling at most: the first passes measure too little to be trusted far ahead.
         left.min(fitting).min(self.rounds_done.saturating_mul(2))
     }

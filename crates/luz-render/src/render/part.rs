@@ -68,7 +68,8 @@ impl PartHeader {
     }
 
     fn section(&self, section: Section) -> Option<Range<usize>> {
-        let start: u64 = self.sections[..section as usize].iter().sum();
+        let before = &self.sections[..section as usize];
+        let start = before.iter().try_fold(0u64, |sum, &length| sum.checked_add(length))?;
         let end = start.checked_add(self.sections[section as usize])?;
         Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?)
     }
@@ -79,12 +80,24 @@ impl Part {
         self.header.section(section).and_then(|range| self.data.get(range)).ok_or(PartError)
     }
 
+    /// The pixels that it has, of those of a film. That there are as many of them in the data is checked before any memory is
+    /// asked for that is not in proportion to the data.
+    fn runs(&self, contents: FilmContents, bounds: PixelBounds) -> Result<Vec<Range<usize>>, PartError> {
+        let bytes = self.section(Section::Film)?.len();
+        if !self.header.shard.can_have(bytes / Film::bytes_of(contents, 1).unwrap_or(1), bounds) {
+            return Err(PartError);
+        }
+        let runs = self.header.shard.runs(bounds);
+        let pixels = runs.iter().map(Range::len).sum();
+        if Film::bytes_of(contents, pixels) == Some(bytes) { Ok(runs) } else { Err(PartError) }
+    }
+
     /// Copies the pixels into a film of the whole frame.
     ///
     /// # Errors
     /// If they are not the pixels of such a film.
     pub fn fill(&self, film: &mut Film) -> Result<(), PartError> {
-        let runs = self.header.shard.runs(film.bounds());
+        let runs = self.runs(film.contents(), film.bounds())?;
         film.read_runs(&runs, self.section(Section::Film)?).ok_or(PartError)
     }
 
@@ -94,11 +107,7 @@ impl Part {
     /// If they are not parts of such a frame.
     pub fn assemble(parts: &[Self], contents: FilmContents, bounds: PixelBounds) -> Result<Film, PartError> {
         // Before so much memory is asked for.
-        let fits = |part: &Self| {
-            let pixels: usize = part.header.shard.runs(bounds).iter().map(Range::len).sum();
-            part.section(Section::Film).is_ok_and(|data| Some(data.len()) == Film::bytes_of(contents, pixels))
-        };
-        if !parts.iter().all(fits) || !Film::fits_in_memory(contents, bounds) {
+        if !parts.iter().all(|part| part.runs(contents, bounds).is_ok()) || !Film::fits_in_memory(contents, bounds) {
             return Err(PartError);
         }
         let mut film = Film::new(contents, bounds);
@@ -153,7 +162,7 @@ impl Renderer<'_> {
     /// If the part is none of such a render.
     pub fn restore(&mut self, part: &Part) -> Result<(), PartError> {
         let PartHeader { shard, rounds_done, cost, incidents, limits, .. } = part.header.clone();
-        let runs = shard.runs(self.film.bounds());
+        let runs = part.runs(self.film.contents(), self.film.bounds())?;
         let mut film = Film::new(self.film.contents(), self.film.bounds());
         film.read_runs(&runs, part.section(Section::Film)?).ok_or(PartError)?;
         let decided = part.section(Section::Limits)?;
@@ -178,7 +187,8 @@ impl Renderer<'_> {
         let guide = match &self.guide {
             Some(_) => {
                 let saved = read_value::<SavedGuide>(&mut saved).ok_or(PartError)?;
-                Some(EfficiencyGuide::restore(saved).ok_or(PartError)?)
+                let guide = EfficiencyGuide::restore(saved).filter(|guide| guide.epoch_end() > rounds_done);
+                Some(guide.ok_or(PartError)?)
             }
             None => None,
         };
@@ -189,6 +199,8 @@ impl Renderer<'_> {
         (self.pixel_records, self.rounds_done, self.cost, self.incidents) =
             (pixel_records, rounds_done, cost, incidents);
         self.set_shard(shard);
+        // For other numbers of samples pilots may be shorter, and this one done by now.
+        self.limits.decide(self.rounds_done, &self.film);
         Ok(())
     }
 }

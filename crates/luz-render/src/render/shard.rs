@@ -39,6 +39,16 @@ impl Shard {
         self.count == 1
     }
 
+    /// Is it a shard that may have so many pixels of a frame? False for numbers that no shard has, and for frames so large that a
+    /// shard of them has more: each tile has at least one pixel, and each shard as many tiles as any other, or one less.
+    pub(super) fn can_have(self, pixels: usize, bounds: PixelBounds) -> bool {
+        let tiles = bounds.area() / (TILE * TILE) as usize;
+        (1..=Self::MOST).contains(&self.count)
+            && self.index < self.count
+            && bounds.area() <= PixelBounds::MOST_PIXELS
+            && tiles <= (self.count as usize).saturating_mul(pixels.saturating_add(1))
+    }
+
     /// The pixels of this shard, as runs of neighbours in the order of the film's pixels.
     pub fn runs(self, bounds: PixelBounds) -> Vec<Range<usize>> {
         if self.is_whole() {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)]
 
+pub mod ways;
+
 use luz_geometry::SimdLevel;
 use luz_render::film::{Film, Filter};
 use luz_render::world::{Loaded, build};

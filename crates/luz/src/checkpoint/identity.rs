@@ -125,17 +125,16 @@ impl Identity {
         for name in other.options.keys().filter(|name| !self.options.contains_key(*name)) {
             differences.push(format!("{name}: unknown to one of them"));
         }
-        let geometry = |i: &Self| (i.contents, i.bounds, i.resolution);
+        let geometry = |i: &Self| (i.contents, i.bounds, i.resolution, i.seed, i.chromaticities);
         if differences.is_empty() && geometry(self) != geometry(other) {
             differences.push("their frames are different".to_owned());
         }
         differences
     }
 
-    /// Of two identities without differences always the same one.
-    pub(super) fn older(self, other: Self) -> Self {
-        let order = |i: &Self| (i.scene.clone(), i.arguments.clone());
-        if order(&other) < order(&self) { other } else { self }
+    /// Of two identities without differences one is kept, always the same: is it this one?
+    pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
+        (&self.scene, &self.arguments) < (&other.scene, &other.arguments)
     }
 }
 

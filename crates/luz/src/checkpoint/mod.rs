@@ -6,6 +6,8 @@
 
 mod file;
 mod identity;
+#[cfg(test)]
+mod tests;
 
 pub use file::{FileError, VERSION};
 pub use identity::{Identity, SIMD_OPTION, content_hash};
@@ -13,7 +15,6 @@ pub use identity::{Identity, SIMD_OPTION, content_hash};
 use luz_image::{Chromaticities, Image, ImageError, Placement};
 use luz_render::film::Film;
 use luz_render::{Incidents, Part, RenderCost, Renderer};
-use std::collections::BTreeMap;
 
 /// Parts of a frame, and what they are parts of.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +71,16 @@ impl Checkpoint {
     ///
     /// # Errors
     /// If they are not of the same frame.
-    pub fn merge(self, other: Self) -> Result<Self, MergeError> {
+    pub fn merge(mut self, other: Self) -> Result<Self, MergeError> {
+        self.add(other)?;
+        Ok(self)
+    }
+
+    /// Takes over the parts of another, as [`merge`](Self::merge) does, and stays as it is where that is an error.
+    ///
+    /// # Errors
+    /// If they are not of the same frame.
+    pub fn add(&mut self, other: Self) -> Result<(), MergeError> {
         let differences = self.identity.differences(&other.identity);
         if !differences.is_empty() {
             return Err(MergeError::Different(differences));
@@ -79,17 +89,25 @@ impl Checkpoint {
         if ours != theirs {
             return Err(MergeError::ShardCounts(ours.min(theirs), ours.max(theirs)));
         }
-        let identity = self.identity.older(other.identity);
-        let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
-        for part in self.parts.into_iter().chain(other.parts) {
-            let index = part.header.shard.index;
-            let better = match parts.remove(&index) {
-                Some(known) => better(known, part).ok_or(MergeError::Conflict(index + 1))?,
-                None => part,
-            };
-            parts.insert(index, better);
+        let place = |parts: &[Part], part: &Part| {
+            parts.binary_search_by_key(&part.header.shard.index, |p| p.header.shard.index)
+        };
+        for part in &other.parts {
+            if place(&self.parts, part).is_ok_and(|known| are_in_conflict(&self.parts[known], part)) {
+                return Err(MergeError::Conflict(part.header.shard.index + 1));
+            }
         }
-        Ok(Self { identity, parts: parts.into_values().collect() })
+        for part in other.parts {
+            match place(&self.parts, &part) {
+                Ok(known) if is_preferred(&part, &self.parts[known]) => self.parts[known] = part,
+                Ok(_) => {}
+                Err(place) => self.parts.insert(place, part),
+            }
+        }
+        if other.identity.is_preferred_to(&self.identity) {
+            self.identity = other.identity;
+        }
+        Ok(())
     }
 
     /// The film, as far as its parts are there.
@@ -163,15 +181,21 @@ pub fn describe(
     text.insert("comments".to_owned(), comment);
 }
 
-/// Of two states of one shard the later; `None` if they contradict each other.
-fn better(a: Part, b: Part) -> Option<Part> {
-    let progress = |part: &Part| (part.header.rounds_done, part.header.is_finished);
-    match progress(&a).cmp(&progress(&b)) {
-        std::cmp::Ordering::Less => Some(b),
-        std::cmp::Ordering::Greater => Some(a),
-        // Times differ from run to run; the shorter is taken, whichever comes first.
-        std::cmp::Ordering::Equal => {
-            (a.data == b.data).then(|| if b.header.cost.seconds < a.header.cost.seconds { b } else { a })
-        }
-    }
+/// How far a part is.
+fn progress(part: &Part) -> (u32, bool) {
+    (part.header.rounds_done, part.header.is_finished)
+}
+
+/// Do two states of one shard contradict each other?
+fn are_in_conflict(a: &Part, b: &Part) -> bool {
+    progress(a) == progress(b) && a.data != b.data
+}
+
+/// Of two states of one shard, is the first the one to keep? The later one is; of equal ones always the same, since times differ from
+/// run to run, as does which incidents came first.
+fn is_preferred(a: &Part, b: &Part) -> bool {
+    let text = |part: &Part| format!("{:?}", part.header);
+    let order = progress(b).cmp(&progress(a));
+    let order = order.then_with(|| a.header.cost.seconds.total_cmp(&b.header.cost.seconds));
+    order.then_with(|| text(a).cmp(&text(b))).is_lt()
 }

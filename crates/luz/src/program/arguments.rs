@@ -83,6 +83,9 @@ pub enum Command {
     /// Take noise out of a rendering, a photograph or a video
     #[command(after_help = DENOISE_HELP)]
     Denoise(DenoiseArguments),
+    /// Say what exit codes mean
+    #[command(name = "exit-codes", help_template = "{after-help}", after_help = EXIT_CODES, hide = true)]
+    ExitCodes,
     /// Print a completion script for a shell
     #[command(after_help = "Examples:\n  luz completions bash > ~/.local/share/bash-completion/completions/luz\n  \
         luz completions zsh > ~/.zfunc/_luz\n  luz completions fish > ~/.config/fish/completions/luz.fish")]

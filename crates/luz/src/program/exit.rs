@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// The exit codes, as `luz --help` documents them.
+/// The exit codes, as `luz --help` and `luz help exit-codes` document them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// All went well.
@@ -34,7 +34,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// The table for `luz --help`.
+/// The table for `luz --help` and `luz help exit-codes`.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    all went well
@@ -42,7 +42,7 @@ Exit codes:
   2    the command line is wrong
   3    the scene has errors, misses files, or uses what luz cannot render yet
   4    an output cannot be written
-  5    an image or a video cannot be read, or two do not belong together: of other sizes, without what is needed
+  5    an image or a video cannot be read, or two do not belong together
   6    ffmpeg is needed and not installed, or it failed
   7    a checkpoint cannot be used, or parts of a frame do not go together
   130  interrupted by Ctrl-C (SIGINT); what was done by then has been written

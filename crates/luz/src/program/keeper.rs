@@ -1,9 +1,9 @@
 //! Keeps the state of a render on disk while it goes on.
 
-use super::problems;
+use super::{interrupt, output, problems};
 use luz::checkpoint::Checkpoint;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -20,9 +20,15 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Writes to `path` every so often.
+    /// Writes to `path` every so often. Removes what is left of writes that were killed.
     pub fn new(path: PathBuf, every: Duration) -> Self {
+        Checkpoint::remove_unfinished(&path);
         Self { path, every, last: Instant::now(), pause: every, writing: None }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Between two passes: writes, if it is time.
@@ -38,7 +44,11 @@ impl Keeper {
         self.pause = self.every.max(start.elapsed() * MAX_SHARE);
         self.last = Instant::now();
         let path = self.path.clone();
-        let spawned = std::thread::Builder::new().name("checkpoint".to_owned()).spawn(move || checkpoint.write(&path));
+        let write = move || {
+            let _whole_files_only = interrupt::writing();
+            checkpoint.write(&path)
+        };
+        let spawned = std::thread::Builder::new().name("checkpoint".to_owned()).spawn(write);
         match spawned {
             Ok(thread) => self.writing = Some(thread),
             Err(error) => self.complain(&error),
@@ -46,18 +56,21 @@ impl Keeper {
     }
 
     /// After the last pass: writes. Returns whether the file is there.
-    pub fn finish(mut self, checkpoint: &Checkpoint) -> bool {
+    pub fn finish(mut self, checkpoint: impl FnOnce() -> Option<Checkpoint>) -> bool {
+        // Before another copy of the state is made.
         self.wait();
-        match checkpoint.write(&self.path) {
+        let Some(checkpoint) = checkpoint() else { return true };
+        match output::write_checkpoint(&checkpoint, &self.path) {
             Ok(()) => true,
             Err(error) => {
-                problems::error(&format!("cannot write the checkpoint `{}`: {error}", self.path.display()));
+                problems::error(&error);
                 false
             }
         }
     }
 
-    fn wait(&mut self) {
+    /// Before somebody else writes the file.
+    pub fn wait(&mut self) {
         match self.writing.take().map(JoinHandle::join) {
             None | Some(Ok(Ok(()))) => {}
             Some(Ok(Err(error))) => self.complain(&error),

@@ -76,21 +76,19 @@ fn read_all(arguments: &MergeArguments) -> Result<Checkpoint, Exit> {
     let mut whole: Option<Checkpoint> = None;
     let mut is_sound = true;
     for path in &arguments.parts {
-        let merged = match Checkpoint::read(path) {
-            Err(error) => Err(format!("`{}` {error}", path.display())),
-            Ok(part) => match &whole {
-                None => Ok(part),
-                Some(known) => known.clone().merge(part).map_err(|error| {
-                    format!("`{}` does not go with `{}`: {error}", path.display(), arguments.parts[0].display())
-                }),
-            },
-        };
-        match merged {
-            Ok(merged) => whole = Some(merged),
-            Err(error) => {
-                problems::error(&error);
-                is_sound = false;
+        let added = match (Checkpoint::read(path), &mut whole) {
+            (Err(error), _) => Err(format!("`{}` {error}", path.display())),
+            (Ok(part), None) => {
+                whole = Some(part);
+                Ok(())
             }
+            (Ok(part), Some(whole)) => {
+                whole.add(part).map_err(|error| format!("`{}` does not go with those before: {error}", path.display()))
+            }
+        };
+        if let Err(error) = added {
+            problems::error(&error);
+            is_sound = false;
         }
     }
     whole.filter(|_| is_sound).ok_or(Exit::Checkpoint)

@@ -46,6 +46,7 @@ pub fn run() -> Exit {
         Command::Tonemap(arguments) => filtering::tonemap(&arguments),
         Command::Enhance(arguments) => filtering::enhance(&arguments),
         Command::Denoise(arguments) => filtering::denoise(&arguments),
+        Command::ExitCodes => exit::print(&format!("{}\n", exit::EXIT_CODES)),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Arguments::command(), "luz", &mut script);

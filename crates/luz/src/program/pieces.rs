@@ -30,7 +30,7 @@ pub struct PieceArguments {
     #[arg(long, value_name = "TIME", default_value = "30s")]
     pub every: Period,
     /// Go on with a render from its checkpoint: with the scene and options that it was begun with, for more samples or
-    /// time if so wished
+    /// time if so wished. (The points of samplers stay laid out for the --spp that it was begun with.)
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
     /// Render the I-th of N parts of the frame into a .luz file, for `luz merge`

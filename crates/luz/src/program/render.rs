@@ -19,7 +19,7 @@ use luz::checkpoint::{Checkpoint, Identity, SIMD_OPTION, describe};
 use luz::geometry::SimdLevel;
 use luz::image::{Chromaticities, Image, ImageError, ToneMap};
 use luz::render::bsdf::CoatWeights;
-use luz::render::{Incident, Overrides, Renderer, Shard};
+use luz::render::{Incident, Overrides, PASS_TIME, Renderer, Shard};
 use luz::sample::roulette::Roulette;
 use luz::scene::SceneErrors;
 use std::ffi::OsString;
@@ -72,8 +72,11 @@ fn render(arguments: &RenderArguments) -> Result<Exit, Exit> {
         _ => None,
     });
     let keeper = keeper.map(|path| Keeper::new(path, arguments.pieces.every.0));
+    if keeper.is_some() {
+        renderer.set_pass_time(PASS_TIME.min(arguments.pieces.every.0));
+    }
     let snapshot = |renderer: &Renderer<'_>| identity.clone().map(|identity| Checkpoint::of(identity, renderer));
-    let (stopped, is_kept) = render_passes(&mut renderer, arguments, keeper, snapshot);
+    let (stopped, is_kept) = render_passes(&mut renderer, arguments, keeper, &outputs, snapshot);
     write(arguments, &job, &scene, &renderer, stopped, &outputs, snapshot)?;
     match stopped {
         _ if !is_kept => Err(Exit::Output),
@@ -284,6 +287,7 @@ fn render_passes(
     renderer: &mut Renderer<'_>,
     arguments: &RenderArguments,
     mut keeper: Option<Keeper>,
+    outputs: &[RenderOutput],
     snapshot: impl Fn(&Renderer<'_>) -> Option<Checkpoint>,
 ) -> (Stopped, bool) {
     let BudgetArguments { time, error } = arguments.budget;
@@ -314,7 +318,16 @@ fn render_passes(
         }
     };
     progress.finish();
-    let is_kept = keeper.is_none_or(|keeper| snapshot(renderer).is_none_or(|checkpoint| keeper.finish(&checkpoint)));
+    let is_kept = keeper.is_none_or(|mut keeper| {
+        let is_output =
+            |output: &RenderOutput| matches!(output, RenderOutput::Checkpoint(path) if path == keeper.path());
+        if outputs.iter().any(is_output) {
+            // It is about to be written anyway.
+            keeper.wait();
+            return true;
+        }
+        keeper.finish(|| snapshot(renderer))
+    });
     (stopped, is_kept)
 }
 

@@ -17,8 +17,6 @@ use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
 const MAX_RESOLUTION: u32 = 1 << 16;
-/// And films of more pixels, whatever memory the system promises.
-const MAX_PIXELS: usize = 1 << 30;
 
 pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Settings {
     let description = context.description;
@@ -49,7 +47,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         halves: overrides.adaptive.is_some(),
         signed: false,
     };
-    if bounds.area() > MAX_PIXELS || !Film::fits_in_memory(contents, bounds) {
+    if bounds.area() > PixelBounds::MOST_PIXELS || !Film::fits_in_memory(contents, bounds) {
         let (width, height) = (bounds.width(), bounds.height());
         let gigabytes = Film::bytes(contents, bounds) as f64 / 1e9;
         context.diagnostics.push(
