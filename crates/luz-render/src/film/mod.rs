@@ -12,6 +12,7 @@ pub use pixel::{Estimate, Pixel, SignedSums};
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use luz_image::{Image, ImageError};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -46,6 +47,9 @@ impl FilmContents {
         self.buffers() * (size_of::<Pixel>() + signed) + self.layers.len() * size_of::<f64>()
     }
 }
+
+/// Bytes that are copied by one thread.
+const COPIED_AT_ONCE: usize = 1 << 20;
 
 /// The sums of every pixel within the crop window, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,20 +160,29 @@ impl Film {
             .collect()
     }
 
-    /// Appends the sums of runs of pixels: pixels, signed sums, layers, in little-endian numbers.
-    pub(crate) fn write_runs(&self, runs: &[Range<usize>], out: &mut Vec<u8>) {
+    /// The sums of runs of pixels: pixels, signed sums, layers, in little-endian numbers.
+    pub(crate) fn bytes_of_runs(&self, runs: &[Range<usize>]) -> Vec<u8> {
         let (buffers, layers) = (self.contents.buffers(), self.contents.layers.len());
-        let pixels: usize = runs.iter().map(Range::len).sum();
-        out.reserve_exact(pixels * self.contents.pixel_bytes());
         let scaled = |scale: usize| runs.iter().map(move |run| run.start * scale..run.end * scale);
-        scaled(buffers).for_each(|run| out.extend_from_slice(cast_slice(&self.pixels[run])));
+        let mut sources: Vec<&[u8]> = scaled(buffers).map(|run| cast_slice(&self.pixels[run])).collect();
         if self.contents.signed {
-            scaled(buffers).for_each(|run| out.extend_from_slice(cast_slice(&self.signed[run])));
+            sources.extend(scaled(buffers).map(|run| cast_slice::<_, u8>(&self.signed[run])));
         }
-        scaled(layers).for_each(|run| out.extend_from_slice(cast_slice(&self.layers[run])));
+        sources.extend(scaled(layers).map(|run| cast_slice::<_, u8>(&self.layers[run])));
+        let mut bytes = vec![0; sources.iter().map(|source| source.len()).sum()];
+        // The memory is new, and most of the time goes into having it: so several threads ask for it.
+        let mut rest = bytes.as_mut_slice();
+        let mut copies = Vec::new();
+        for chunk in sources.iter().flat_map(|source| source.chunks(COPIED_AT_ONCE)) {
+            let (to, behind) = rest.split_at_mut(chunk.len());
+            copies.push((to, chunk));
+            rest = behind;
+        }
+        copies.into_par_iter().for_each(|(to, chunk)| to.copy_from_slice(chunk));
+        bytes
     }
 
-    /// Takes over what [`write_runs`](Self::write_runs) wrote of the same runs of such a film; `None` if the bytes are too few
+    /// Takes over what [`bytes_of_runs`](Self::bytes_of_runs) gave of the same runs of such a film; `None` if the bytes are too few
     /// or too many.
     pub(crate) fn read_runs(&mut self, runs: &[Range<usize>], bytes: &[u8]) -> Option<()> {
         let (buffers, layers) = (self.contents.buffers(), self.contents.layers.len());

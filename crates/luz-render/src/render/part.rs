@@ -120,13 +120,12 @@ impl Renderer<'_> {
     /// The render as it is after the last pass.
     pub fn part(&self) -> Part {
         let runs = self.shard.runs(self.film.bounds());
-        let mut data = Vec::new();
+        let mut data = self.film.bytes_of_runs(&runs);
         let mut sections = [0; Section::COUNT];
         let mut end_section = |section: Section, data: &Vec<u8>| {
             let before: u64 = sections.iter().sum();
             sections[section as usize] = data.len() as u64 - before;
         };
-        self.film.write_runs(&runs, &mut data);
         end_section(Section::Film, &data);
         let (limits, decided) = self.limits.saved();
         data.extend_from_slice(bytemuck::cast_slice(decided));
@@ -163,10 +162,8 @@ impl Renderer<'_> {
     pub fn restore(&mut self, part: &Part) -> Result<(), PartError> {
         let PartHeader { shard, rounds_done, cost, incidents, limits, .. } = part.header.clone();
         let runs = part.runs(self.film.contents(), self.film.bounds())?;
-        let mut film = Film::new(self.film.contents(), self.film.bounds());
-        film.read_runs(&runs, part.section(Section::Film)?).ok_or(PartError)?;
         let decided = part.section(Section::Limits)?;
-        let limits = self.limits.restored(limits, decided, film.bounds().area()).ok_or(PartError)?;
+        let limits = self.limits.restored(limits, decided, self.film.bounds().area()).ok_or(PartError)?;
         let mut optimal = self.optimal.clone();
         let mut values = part.section(Section::Optimal)?;
         if !optimal.is_empty() {
@@ -195,7 +192,9 @@ impl Renderer<'_> {
         if !saved.is_empty() {
             return Err(PartError);
         }
-        (self.film, self.limits, self.optimal, self.guide) = (film, limits, optimal, guide);
+        // The last that can fail, and does so before anything is changed.
+        self.film.read_runs(&runs, part.section(Section::Film)?).ok_or(PartError)?;
+        (self.limits, self.optimal, self.guide) = (limits, optimal, guide);
         (self.pixel_records, self.rounds_done, self.cost, self.incidents) =
             (pixel_records, rounds_done, cost, incidents);
         self.set_shard(shard);

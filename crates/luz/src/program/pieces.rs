@@ -26,7 +26,7 @@ pub struct PieceArguments {
     /// Keep the state of the render in this file, to resume it from
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// How often the checkpoint is written
+    /// How often the checkpoint is written; less often where copying the state would take more than 1 % of the time
     #[arg(long, value_name = "TIME", default_value = "30s")]
     pub every: Period,
     /// Go on with a render from its checkpoint: with the scene and options that it was begun with, for more samples or
