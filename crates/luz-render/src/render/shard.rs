@@ -52,7 +52,7 @@ impl Shard {
     /// The pixels of this shard, as runs of neighbours in the order of the film's pixels.
     pub fn runs(self, bounds: PixelBounds) -> Vec<Range<usize>> {
         if self.is_whole() {
-            return vec![0..bounds.area()];
+            return std::iter::once(0..bounds.area()).collect();
         }
         let is_ours = self.tiles(bounds);
         let width = bounds.width() as usize;

@@ -169,7 +169,9 @@ const UNFINISHED_SUFFIX: &str = ".part";
 const UNFINISHED_RANDOM: usize = 6;
 
 /// What a file holds: the identity, and each part with the place of its data.
-fn parse(bytes: &[u8]) -> Result<(Identity, Vec<(PartHeader, Range<usize>)>), FileError> {
+type Contents = (Identity, Vec<(PartHeader, Range<usize>)>);
+
+fn parse(bytes: &[u8]) -> Result<Contents, FileError> {
     let rest = bytes.strip_prefix(&MAGIC).ok_or(FileError::NotACheckpoint)?;
     let (version, rest) = rest.split_first_chunk().ok_or(FileError::Damaged)?;
     let version = u32::from_le_bytes(*version);
