@@ -85,11 +85,11 @@ fn measure(variants: &[Variant], seconds: f64) -> Vec<Measured> {
 /// The mean over pixels of Var / (mean² + ε²), of the pixels' means; and the picture's mean.
 fn relative_variance(film: &Film) -> (f64, (f64, f64)) {
     let grey = |rgb: [f64; 3]| (rgb[0] + rgb[1] + rgb[2]) / 3.0;
-    let pixels = film.pixels();
-    let mean = pixels.iter().map(|p| grey(p.mean())).sum::<f64>() / pixels.len() as f64;
+    let pixels: Vec<_> = film.estimates().collect();
+    let mean = pixels.iter().map(|p| grey(p.mean)).sum::<f64>() / pixels.len() as f64;
     let epsilon = 0.01 * mean;
-    let relative = pixels.iter().map(|p| grey(p.variance()) / (grey(p.mean()).powi(2) + epsilon * epsilon));
-    let error = pixels.iter().map(|p| grey(p.variance())).sum::<f64>().sqrt() / pixels.len() as f64;
+    let relative = pixels.iter().map(|p| grey(p.variance) / (grey(p.mean).powi(2) + epsilon * epsilon));
+    let error = pixels.iter().map(|p| grey(p.variance)).sum::<f64>().sqrt() / pixels.len() as f64;
     (relative.sum::<f64>() / pixels.len() as f64, (mean, error))
 }
 
