@@ -3,11 +3,9 @@
 //!     cargo run --release -p luz-render --example light_efficiency -- many
 //!     cargo run --release -p luz-render --example light_efficiency -- environment FOLDER
 //!     cargo run --release -p luz-render --example light_efficiency -- emitters
-//!     cargo run --release -p luz-render --example light_efficiency -- scene FILE
 //!
 //! `many` compares the ways of choosing among 10, 10³, and 10⁵ lights; `environment` environment maps with and without MIS
-//! compensation, for each image in a folder; `emitters` surfaces that shine with an image, drawn by it and evenly; `scene` the ways of choosing
-//! a light in any scene.
+//! compensation, for each image in a folder; `emitters` surfaces that shine with an image, drawn by it and evenly.
 //! Variants are rendered in turns, pass by pass, so that a busy machine is fair to all.
 //!
 //! The variance is the mean over pixels of the relative variance of one sample (ε = 1 % of the picture's mean), estimated
@@ -15,7 +13,7 @@
 
 use luz_geometry::SimdLevel;
 use luz_image::Image;
-use luz_render::film::{Estimate, Film, Filter};
+use luz_render::film::{Film, Filter};
 use luz_render::light::LightSampler;
 use luz_render::world::{Loaded, build};
 use luz_render::{Overrides, Renderer};
@@ -30,8 +28,7 @@ fn main() -> Result<(), String> {
         ["many"] => many(),
         ["environment", folder] => environment(Path::new(folder)),
         ["emitters"] => emitters(),
-        ["scene", file] => samplers(file, Path::new(file), Some([120, 90])),
-        _ => Err("expected `many`, `environment FOLDER` `emitters` or `scene FILE`".to_owned()),
+        _ => Err("expected `many`, `environment FOLDER` or `emitters`".to_owned()),
     }
 }
 
@@ -88,7 +85,7 @@ fn measure(variants: &[Variant], seconds: f64) -> Vec<Measured> {
 /// The mean over pixels of Var / (mean² + ε²), of the pixels' means; and the picture's mean.
 fn relative_variance(film: &Film) -> (f64, (f64, f64)) {
     let grey = |rgb: [f64; 3]| (rgb[0] + rgb[1] + rgb[2]) / 3.0;
-    let pixels: Vec<Estimate> = film.estimates().collect();
+    let pixels: Vec<_> = film.estimates().collect();
     let mean = pixels.iter().map(|p| grey(p.mean)).sum::<f64>() / pixels.len() as f64;
     let epsilon = 0.01 * mean;
     let relative = pixels.iter().map(|p| grey(p.variance) / (grey(p.mean).powi(2) + epsilon * epsilon));
@@ -174,21 +171,14 @@ fn many() -> Result<(), String> {
         }
         text.push_str("AttributeEnd");
         let file = scratch(&format!("many-{count}.pbrt"), &text)?;
-        samplers(&format!("{count} lights"), &file, None)?;
+        let variants = [LightSampler::Power, LightSampler::Bvh, LightSampler::Uniform]
+            .into_iter()
+            .map(|sampler| {
+                variant(&sampler.to_string(), &file, Overrides { light_sampler: Some(sampler), ..Overrides::default() })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        report(&format!("{count} lights"), &variants, 6.0);
     }
-    Ok(())
-}
-
-/// The ways of choosing a light against each other.
-fn samplers(title: &str, file: &Path, resolution: Option<[u32; 2]>) -> Result<(), String> {
-    let variants = [LightSampler::Power, LightSampler::Bvh, LightSampler::Uniform]
-        .into_iter()
-        .map(|sampler| {
-            let wishes = Overrides { light_sampler: Some(sampler), resolution, ..Overrides::default() };
-            variant(&sampler.to_string(), file, wishes)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    report(title, &variants, 6.0);
     Ok(())
 }
 
@@ -218,9 +208,9 @@ fn environment(folder: &Path) -> Result<(), String> {
     for map in &maps {
         for (kind, floor, ball) in materials {
             let text = format!(
-                "{HEAD} LookAt 0 4 -5  0 0.4 0  0 1 0 Camera \"perspective\" \"float fov\" 36 WorldBegin
+                "{HEAD} LookAt 0 3 -7  0 0.7 0  0 1 0 Camera \"perspective\" \"float fov\" 40 WorldBegin
                 AttributeBegin Rotate 90 -1 0 0 LightSource \"infinite\" \"string filename\" \"{}\" AttributeEnd
-                {floor} Shape \"bilinearmesh\" \"point3 P\" [-12 0 -12  -12 0 12  12 0 -12  12 0 12]
+                {floor} Shape \"bilinearmesh\" \"point3 P\" [-5 0 -5  -5 0 5  5 0 -5  5 0 5]
                 AttributeBegin Translate -1.2 0.9 0 Shape \"sphere\" \"float radius\" 0.9 AttributeEnd
                 {ball} AttributeBegin Translate 1.2 0.9 0 Shape \"sphere\" \"float radius\" 0.9 AttributeEnd",
                 map.display()
@@ -232,7 +222,7 @@ fn environment(folder: &Path) -> Result<(), String> {
             };
             let variants = [of("plain", false)?, of("compensated", true)?];
             let name = map.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            all.push(report(&format!("{name}, {kind}"), &variants, 1.5)[1]);
+            all.push(report(&format!("{name}, {kind}"), &variants, 2.5)[1]);
         }
     }
     let geometric = (all.iter().map(|e| e.ln()).sum::<f64>() / all.len() as f64).exp();
