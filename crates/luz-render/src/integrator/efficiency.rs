@@ -11,7 +11,7 @@ use luz_color::SampledSpectrum;
 use luz_geometry::SurfacePoint;
 use luz_sample::roulette::{Efficiency, Limits};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::HashMap;
 
 /// The first epoch, in samples per pixel.
 const FIRST_EPOCH: u32 = 4;
@@ -97,68 +97,47 @@ fn facing(normal: Vec3) -> usize {
     2 * axis + usize::from(normal[axis] < 0.0)
 }
 
-/// A sum of non-negative numbers in fixed point, 20 bits before the point and 44 after it, for 2³² summands.
-#[derive(Debug, Default)]
-struct FixedSum {
-    low: AtomicU64,
-    high: AtomicU64,
-}
+/// One, in the fixed point of the sums below: 44 bits behind the point.
+const UNIT: f64 = (1u64 << 44) as f64;
 
-impl FixedSum {
-    const UNIT: f64 = (1u64 << 44) as f64;
-
-    fn add(&self, value: f64) {
-        // Saturates, and takes NaN for zero.
-        let fixed = (value * Self::UNIT) as u64;
-        self.low.fetch_add(fixed & 0xffff_ffff, Ordering::Relaxed);
-        self.high.fetch_add(fixed >> 32, Ordering::Relaxed);
-    }
-
-    fn value(&self) -> f64 {
-        let [low, high] = self.parts();
-        (high as f64 * 4_294_967_296.0 + low as f64) / Self::UNIT
-    }
-
-    fn parts(&self) -> [u64; 2] {
-        [self.low.load(Ordering::Relaxed), self.high.load(Ordering::Relaxed)]
-    }
-
-    fn from_parts([low, high]: [u64; 2]) -> Self {
-        Self { low: low.into(), high: high.into() }
-    }
-}
-
-/// What the paths that went on from a cell have found in this epoch.
-#[derive(Debug, Default)]
+/// What the paths that went on from a cell have found in this epoch. Estimates, which are not negative, are summed in fixed
+/// point, and saturate at 2²⁰.
+#[derive(Clone, Copy, Debug, Default)]
 struct CellSums {
-    count: AtomicU64,
-    rays: AtomicU64,
-    sum: FixedSum,
-    squared: FixedSum,
+    count: u64,
+    rays: u64,
+    sum: u128,
+    squared: u128,
 }
 
 impl CellSums {
-    fn add(&self, estimate: f64, rays: u32) {
-        self.count.fetch_add(1, Ordering::Relaxed);
-        self.rays.fetch_add(u64::from(rays), Ordering::Relaxed);
-        self.sum.add(estimate);
-        self.squared.add(estimate * estimate);
+    fn add(&mut self, estimate: f64, rays: u32) {
+        // NaN becomes zero.
+        let fixed = |value: f64| u128::from((value * UNIT) as u64);
+        self.merge(&Self {
+            count: 1,
+            rays: u64::from(rays),
+            sum: fixed(estimate),
+            squared: fixed(estimate * estimate),
+        });
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.count = self.count.wrapping_add(other.count);
+        self.rays = self.rays.wrapping_add(other.rays);
+        self.sum = self.sum.wrapping_add(other.sum);
+        self.squared = self.squared.wrapping_add(other.squared);
     }
 
     /// In the measure of light, not scaled any more.
     fn outcome(&self, scale: f64) -> CellOutcome {
-        let count = self.count.load(Ordering::Relaxed);
-        if count < KNOWN {
+        if self.count < KNOWN {
             return CellOutcome::default();
         }
-        let n = count as f64;
-        let mean = self.sum.value() / (n * scale);
-        let second_moment = self.squared.value() / (n * scale * scale);
-        CellOutcome {
-            second_moment,
-            variance: (second_moment - mean * mean).max(0.0),
-            rays: self.rays.load(Ordering::Relaxed) as f64 / n,
-        }
+        let n = self.count as f64;
+        let mean = self.sum as f64 / (UNIT * n * scale);
+        let second_moment = self.squared as f64 / (UNIT * n * scale * scale);
+        CellOutcome { second_moment, variance: (second_moment - mean * mean).max(0.0), rays: self.rays as f64 / n }
     }
 }
 
@@ -239,6 +218,13 @@ impl EfficiencyGuide {
         self.octree.leaf(surface.position) * FACINGS + facing(surface.geometric_normal)
     }
 
+    /// Takes in what paths have found. In which order that is done changes nothing.
+    pub fn take(&mut self, findings: &Findings) {
+        for (&cell, sums) in &findings.cells {
+            self.sums[cell as usize].merge(sums);
+        }
+    }
+
     /// Ends an epoch: from now on it says what this one has taught. `pixels` are those of the film, `width` in a row.
     pub fn learn(&mut self, samples_done: u32, pixels: &mut [PixelRecord], width: usize) {
         self.epoch_end = samples_done.saturating_mul(2);
@@ -266,7 +252,7 @@ impl EfficiencyGuide {
         }
         let count = |leaf: usize| {
             let sums = &self.sums[leaf * FACINGS..(leaf + 1) * FACINGS];
-            sums.iter().map(|sums| sums.count.load(Ordering::Relaxed)).sum::<u64>()
+            sums.iter().map(|sums| sums.count).fold(0, u64::saturating_add)
         };
         let origin = self.octree.divide(|leaf| count(leaf) > CROWDED);
         let scale = self.scale;
@@ -279,8 +265,9 @@ impl EfficiencyGuide {
     /// All that it knows.
     pub fn save(&self) -> SavedGuide {
         let sums = |s: &CellSums| {
-            let ([a, b], [c, d]) = (s.sum.parts(), s.squared.parts());
-            [s.count.load(Ordering::Relaxed), s.rays.load(Ordering::Relaxed), a, b, c, d]
+            let parts = |sum: u128| [sum as u64, (sum >> 64) as u64];
+            let ([a, b], [c, d]) = (parts(s.sum), parts(s.squared));
+            [s.count, s.rays, a, b, c, d]
         };
         SavedGuide {
             octree: self.octree.clone(),
@@ -312,10 +299,10 @@ impl EfficiencyGuide {
         let sums = sums
             .into_iter()
             .map(|[count, rays, a, b, c, d]| CellSums {
-                count: count.into(),
-                rays: rays.into(),
-                sum: FixedSum::from_parts([a, b]),
-                squared: FixedSum::from_parts([c, d]),
+                count,
+                rays,
+                sum: u128::from(b) << 64 | u128::from(a),
+                squared: u128::from(d) << 64 | u128::from(c),
             })
             .collect();
         Some(Self { octree, sums, outcomes, efficiency, scale, epoch_end })
@@ -323,7 +310,7 @@ impl EfficiencyGuide {
 }
 
 fn empty_sums(leaves: usize) -> Vec<CellSums> {
-    (0..leaves * FACINGS).map(|_| CellSums::default()).collect()
+    vec![CellSums::default(); leaves * FACINGS]
 }
 
 /// The mean over a pixel and its eight neighbours.
@@ -340,12 +327,20 @@ fn smoothed(values: &[f64], width: usize, index: usize) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
+/// What some paths have found, until the guide takes it in.
+#[derive(Debug, Default)]
+pub struct Findings {
+    cells: HashMap<u32, CellSums>,
+    /// Room for the books of the next path.
+    accounts: Vec<Account>,
+}
+
 /// The books of one path: what each of its continuations has found and cost.
 #[derive(Debug)]
 pub struct Ledger<'a> {
     guide: &'a EfficiencyGuide,
     pixel: &'a mut PixelRecord,
-    accounts: Vec<Account>,
+    findings: &'a mut Findings,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -364,9 +359,11 @@ pub const CAMERA_ACCOUNT: u32 = 0;
 
 impl<'a> Ledger<'a> {
     /// The books of a new path of a pixel.
-    pub fn new(guide: &'a EfficiencyGuide, pixel: &'a mut PixelRecord) -> Self {
+    pub fn new(guide: &'a EfficiencyGuide, pixel: &'a mut PixelRecord, findings: &'a mut Findings) -> Self {
+        findings.accounts.clear();
         let camera = Account { parent: CAMERA_ACCOUNT, cell: u32::MAX, throughput: 1.0, found: 0.0, rays: 0 };
-        Self { guide, pixel, accounts: vec![camera] }
+        findings.accounts.push(camera);
+        Self { guide, pixel, findings }
     }
 
     /// The expected number of continuations at a surface, as far as it is known.
@@ -380,15 +377,16 @@ impl<'a> Ledger<'a> {
     /// Opens an account for one continuation.
     pub fn open(&mut self, parent: u32, surface: &SurfacePoint, throughput: SampledSpectrum) -> u32 {
         let cell = self.guide.cell(surface) as u32;
-        self.accounts.push(Account { parent, cell, throughput: throughput.average(), found: 0.0, rays: 0 });
-        (self.accounts.len() - 1) as u32
+        let accounts = &mut self.findings.accounts;
+        accounts.push(Account { parent, cell, throughput: throughput.average(), found: 0.0, rays: 0 });
+        (accounts.len() - 1) as u32
     }
 
     /// Enters light that reaches the camera, and rays, into an account and all that it descends from.
     pub fn enter(&mut self, mut account: u32, light: SampledSpectrum, rays: u32) {
         let light = light.average();
         loop {
-            let entry = &mut self.accounts[account as usize];
+            let entry = &mut self.findings.accounts[account as usize];
             entry.found += light;
             entry.rays += rays;
             if account == CAMERA_ACCOUNT {
@@ -401,13 +399,14 @@ impl<'a> Ledger<'a> {
     /// Closes the books.
     pub fn close(self) {
         let scale = self.guide.scale;
-        for account in &self.accounts[1..] {
+        let Findings { cells, accounts } = self.findings;
+        for account in &accounts[1..] {
             let estimate = f64::from(account.found) / f64::from(account.throughput) * scale;
             if estimate.is_finite() && scale > 0.0 {
-                self.guide.sums[account.cell as usize].add(estimate, account.rays);
+                cells.entry(account.cell).or_default().add(estimate, account.rays);
             }
         }
-        let whole = self.accounts[0];
+        let whole = accounts[0];
         let found = f64::from(whole.found);
         if found.is_finite() {
             self.pixel.sum += found;
@@ -444,14 +443,15 @@ mod tests {
     }
 
     #[test]
-    fn fixed_sums_do_not_overflow() {
-        let sum = FixedSum::default();
-        (0..1000).for_each(|_| sum.add(1e6));
-        sum.add(f64::NAN);
-        sum.add(1e-6);
-        assert!((sum.value() / (1e9 + 1e-6) - 1.0).abs() < 1e-15);
-        sum.add(1e30);
-        assert!((sum.value() - 1e9 - 1_048_576.0).abs() < 1.0);
+    fn fixed_sums_saturate_and_do_not_overflow() {
+        let mut sums = CellSums::default();
+        (0..1000).for_each(|_| sums.add(1000.0, 1));
+        sums.add(f64::NAN, 1);
+        sums.add(1e-6, 1);
+        assert!((sums.sum as f64 / UNIT / (1e6 + 1e-6) - 1.0).abs() < 1e-15);
+        assert!((sums.squared as f64 / UNIT / 1e9 - 1.0).abs() < 1e-15);
+        sums.add(1e30, 1);
+        assert!((sums.sum as f64 / UNIT - 1e6 - 1_048_576.0).abs() < 1.0);
     }
 
     #[test]

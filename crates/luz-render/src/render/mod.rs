@@ -17,7 +17,7 @@ pub use shard::Shard;
 
 use crate::camera::Camera;
 use crate::film::{Film, PixelBounds};
-use crate::integrator::efficiency::{EfficiencyGuide, Ledger, PixelRecord};
+use crate::integrator::efficiency::{EfficiencyGuide, Findings, Ledger, PixelRecord};
 use crate::integrator::{PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
@@ -227,18 +227,21 @@ impl<'a> Renderer<'a> {
             .collect();
         let guide = self.guide.as_ref();
         let columns = &self.columns;
-        let done: Vec<(RenderCost, Incidents)> = rows
+        let done: Vec<(RenderCost, Incidents, Findings)> = rows
             .into_par_iter()
             .enumerate()
             .map(|(row, (mut pixels, estimators, records))| {
                 let (mut cost, mut incidents) = (RenderCost::default(), Incidents::default());
+                let mut findings = Findings::default();
                 for column in columns[row].iter().cloned().flatten() {
                     let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
                     let number = row * bounds.width() as usize + column;
                     for half in 0..task.halves() {
                         for sample in range.start..range.end.min(limits.of(number, half)) {
                             let optimal = estimators.get_mut(column * task.halves() + half);
-                            let ledger = guide.zip(records.get_mut(column)).map(|(g, record)| Ledger::new(g, record));
+                            let ledger = guide
+                                .zip(records.get_mut(column))
+                                .map(|(g, record)| Ledger::new(g, record, &mut findings));
                             let went = catch_unwind(AssertUnwindSafe(|| {
                                 task.sample(pixel, half, sample, &mut pixels, column, optimal, ledger, &mut cost)
                             }));
@@ -255,10 +258,13 @@ impl<'a> Renderer<'a> {
                         }
                     }
                 }
-                (cost, incidents)
+                (cost, incidents, findings)
             })
             .collect();
-        for (cost, incidents) in done {
+        for (cost, incidents, findings) in done {
+            if let Some(guide) = &mut self.guide {
+                guide.take(&findings);
+            }
             self.cost.add(&cost);
             self.incidents.merge(incidents);
         }

@@ -8,7 +8,7 @@ use super::{PointSet, Points, Request, Stratified, is_within, mass_within};
 use crate::test_support::normal_survival;
 
 /// Blue noise by sample elimination (Yuksel 2015, "Sample Elimination for Generating Poisson Disk Sample Sets"): of
-/// [`CANDIDATES`] times as many stratified points, those that are too close to others are left out one by one.
+/// `CANDIDATES` times as many stratified points, those that are too close to others are left out one by one.
 ///
 /// Normal points keep their distance in the distribution's own measure: distances are relative to the local spacing
 /// `(count · density)^(−1/d)`. The remaining points are turned at random and their radii moved to even quantiles, which
