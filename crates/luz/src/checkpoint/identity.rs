@@ -1,7 +1,6 @@
 //! What a checkpoint is a checkpoint of.
 
 use crate::Scene;
-use luz_geometry::SimdLevel;
 use luz_image::Chromaticities;
 use luz_render::Overrides;
 use luz_render::film::{FilmContents, PixelBounds};
@@ -86,7 +85,7 @@ impl Identity {
         option("light sampler", format!("{:?}", overrides.light_sampler));
         option("MIS compensation", format!("{:?}", overrides.mis_compensation));
         option("emission images", format!("{:?}", overrides.emission_images));
-        option(SIMD_OPTION, simd_name(scene.world.accelerator().simd()).to_owned());
+        option(SIMD_OPTION, scene.world.accelerator().simd().name().to_owned());
         Ok(Self {
             program: concat!("luz ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: path.to_owned(),
@@ -135,15 +134,6 @@ impl Identity {
     /// Of two identities without differences one is kept, always the same: is it this one?
     pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
         (&self.scene, &self.arguments) < (&other.scene, &other.arguments)
-    }
-}
-
-fn simd_name(level: SimdLevel) -> &'static str {
-    match level {
-        SimdLevel::Auto => "auto",
-        SimdLevel::Scalar => "scalar",
-        SimdLevel::Avx2 => "avx2",
-        SimdLevel::Avx512 => "avx512",
     }
 }
 

@@ -5,13 +5,14 @@ use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::piece_values::RenderOutput;
 use super::pieces::{
     BudgetArguments, MERGE_HELP, MergeArguments, PLAN_HELP, PieceArguments, PlanArguments, TRACE_HELP, TraceArguments,
 };
 use super::study::StudyArguments;
 use super::values::{
-    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, RenderOutput, Resolution, SamplerName,
-    Share, SimdName, Threshold, ToneMapName,
+    CropArgument, ErrorName, FilmName, FilterName, IntegratorName, OutputFile, Resolution, SamplerName, Share,
+    SimdName, Threshold, ToneMapName,
 };
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};

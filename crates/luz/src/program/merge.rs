@@ -1,8 +1,8 @@
 //! `luz merge`
 
 use super::exit::{Exit, print};
+use super::piece_values::RenderOutput;
 use super::pieces::MergeArguments;
-use super::values::RenderOutput;
 use super::{output, problems, progress};
 use luz::checkpoint::Checkpoint;
 use luz::image::ToneMap;

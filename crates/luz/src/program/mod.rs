@@ -9,6 +9,7 @@ mod interrupt;
 mod keeper;
 mod merge;
 mod output;
+mod piece_values;
 mod pieces;
 mod plan;
 mod problems;

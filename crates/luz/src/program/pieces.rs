@@ -1,7 +1,8 @@
 //! The grammar of budgets, checkpoints, shards and traces.
 
 use super::arguments::OverrideArguments;
-use super::values::{Period, PixelName, RenderOutput, SampleName, Share, ToneMapName};
+use super::piece_values::{Period, PixelName, RenderOutput, SampleName};
+use super::values::{Share, ToneMapName};
 use clap::Args;
 use luz::render::Shard;
 use std::path::PathBuf;

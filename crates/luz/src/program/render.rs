@@ -5,6 +5,7 @@ use super::exit::{Exit, print};
 use super::interrupt;
 use super::keeper::Keeper;
 use super::output::{self, default_outputs};
+use super::piece_values::{RenderOutput, SampleName};
 use super::pieces::BudgetArguments;
 use super::plan::NO_SHARDS_BY_EFFICIENCY;
 use super::problems;
@@ -12,7 +13,6 @@ use super::progress::{self, Progress};
 use super::report::{Report, Stopped};
 use super::threads;
 use super::trace::{Place, trace};
-use super::values::{RenderOutput, SampleName, simd_level, simd_name};
 use clap::Parser;
 use luz::Scene;
 use luz::checkpoint::{Checkpoint, Identity, SIMD_OPTION, describe};
@@ -142,7 +142,9 @@ impl Job {
         })?;
         let Command::Render(begun) = parsed.command else { return Err(Exit::Checkpoint) };
         let simd = match SimdLevel::from(arguments.simd) {
-            SimdLevel::Auto => simd_level(identity.options.get(SIMD_OPTION).map_or("auto", String::as_str)),
+            SimdLevel::Auto => {
+                identity.options.get(SIMD_OPTION).and_then(|name| SimdLevel::from_name(name)).unwrap_or_default()
+            }
             level => level,
         };
         Ok(Self {
@@ -268,7 +270,7 @@ fn open(job: &Job, arguments: &RenderArguments) -> Result<(Overrides, Scene), Ex
         problems::print_all(&scene.diagnostics, &scene.sources);
         let used = scene.world.accelerator().simd();
         if simd != SimdLevel::Auto && simd != used {
-            let (wanted, used) = (simd_name(simd), simd_name(used));
+            let (wanted, used) = (simd.name(), used.name());
             problems::warning(&format!("`{wanted}` is not to be had here: rays are traced with `{used}`"));
         }
     }

@@ -1,6 +1,6 @@
 //! What a render was, cost, and is worth, as JSON.
 
-use super::values::{film_name, sampler_name, simd_name};
+use super::values::{film_name, sampler_name};
 use luz::Scene;
 use luz::render::film::{Film, PixelBounds};
 use luz::render::world::WorldStatistics;
@@ -160,7 +160,7 @@ impl<'a> Report<'a> {
             mean_rgb,
             mean_rgb_standard_error: Some(standard_error).filter(|e| e.iter().all(|v| v.is_finite())),
             threads: rayon::current_num_threads(),
-            simd: simd_name(scene.world.accelerator().simd()),
+            simd: scene.world.accelerator().simd().name(),
             peak_memory_bytes: peak_memory(),
             world: scene.world.statistics(),
             warnings: scene.diagnostics.warning_count(),

@@ -11,7 +11,6 @@ use luz::sample::SamplerKind;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::time::Duration;
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
 const MAX_RESOLUTION: u32 = 1 << 16;
@@ -72,101 +71,6 @@ impl FromStr for Resolution {
 impl fmt::Display for Resolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.0[0], self.0[1])
-    }
-}
-
-/// `X,Y`: a pixel of the frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PixelName(pub [u32; 2]);
-
-impl FromStr for PixelName {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        whole_numbers(text).map(Self).ok_or_else(|| "expected X,Y: 200,150 say".to_owned())
-    }
-}
-
-/// `X,Y,SAMPLE`: a sample of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SampleName {
-    /// The pixel.
-    pub pixel: [u32; 2],
-    /// The number of the sample.
-    pub sample: u32,
-}
-
-impl FromStr for SampleName {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let [x, y, sample] = whole_numbers(text).ok_or("expected X,Y,SAMPLE: 200,150,3 say")?;
-        Ok(Self { pixel: [x, y], sample })
-    }
-}
-
-fn whole_numbers<const N: usize>(text: &str) -> Option<[u32; N]> {
-    let numbers: Vec<u32> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
-    numbers.try_into().ok()
-}
-
-/// A time: `90s`, `10m`, `1h30m`, `1.5h`; without a unit, seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Period(pub Duration);
-
-impl FromStr for Period {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let error = || format!("`{text}` is no time above zero: expected 90s, 10m, 1h30m, say");
-        let mut seconds = 0.0;
-        let mut rest = text.trim();
-        while !rest.is_empty() {
-            let length = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
-            let (number, behind) = rest.split_at(length);
-            let number: f64 = number.parse().map_err(|_| error())?;
-            let unit_length = behind.find(|c: char| !c.is_alphabetic()).unwrap_or(behind.len());
-            let (unit, behind) = behind.split_at(unit_length);
-            seconds += number
-                * match unit {
-                    "" | "s" => 1.0,
-                    "ms" => 1e-3,
-                    "m" | "min" => 60.0,
-                    "h" => 3600.0,
-                    "d" => 86400.0,
-                    _ => return Err(error()),
-                };
-            rest = behind.trim_start();
-        }
-        let period = Duration::try_from_secs_f64(seconds).map_err(|_| error())?;
-        if period.is_zero() { Err(error()) } else { Ok(Self(period)) }
-    }
-}
-
-/// What a render writes: pictures, or itself at rest.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RenderOutput {
-    /// A picture.
-    Image(OutputFile),
-    /// A checkpoint.
-    Checkpoint(PathBuf),
-}
-
-impl RenderOutput {
-    /// Where.
-    pub fn path(&self) -> &Path {
-        match self {
-            Self::Image(file) => &file.path,
-            Self::Checkpoint(path) => path,
-        }
-    }
-}
-
-impl FromStr for RenderOutput {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        let path = Path::new(text);
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("luz")) {
-            return Ok(Self::Checkpoint(path.to_owned()));
-        }
-        OutputFile::new(path).map(Self::Image).map_err(|error| format!("{error}; luz is a checkpoint"))
     }
 }
 
@@ -489,22 +393,6 @@ impl From<SimdName> for SimdLevel {
             SimdName::Avx512 => Self::Avx512,
         }
     }
-}
-
-/// The name of an instruction set on the command line.
-pub fn simd_name(level: SimdLevel) -> &'static str {
-    match level {
-        SimdLevel::Auto => "auto",
-        SimdLevel::Scalar => "scalar",
-        SimdLevel::Avx2 => "avx2",
-        SimdLevel::Avx512 => "avx512",
-    }
-}
-
-/// The instruction set of a name; whichever is best for one that is unknown.
-pub fn simd_level(name: &str) -> SimdLevel {
-    let all = [SimdLevel::Scalar, SimdLevel::Avx2, SimdLevel::Avx512];
-    all.into_iter().find(|level| simd_name(*level) == name).unwrap_or(SimdLevel::Auto)
 }
 
 #[cfg(test)]

@@ -26,6 +26,26 @@ pub enum SimdLevel {
     Avx512,
 }
 
+impl SimdLevel {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Scalar, Self::Avx2, Self::Avx512];
+
+    /// The name, as on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Scalar => "scalar",
+            Self::Avx2 => "avx2",
+            Self::Avx512 => "avx512",
+        }
+    }
+
+    /// The instruction set of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|level| level.name() == name)
+    }
+}
+
 /// An instruction set that is known to be present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {

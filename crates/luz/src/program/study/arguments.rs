@@ -3,6 +3,7 @@
 use super::axes::{AXES, AxisKind};
 use super::filter::FilterStudyArguments;
 use crate::program::arguments::OverrideArguments;
+use crate::program::piece_values::Period;
 use crate::program::values::{SimdName, ToneMapName};
 use clap::{Args, Subcommand};
 use luz::render::Overrides;
@@ -141,23 +142,8 @@ impl FromStr for Vary {
     }
 }
 
-/// A time above zero: `30s`, `500ms`, `2min`, `1h`, or seconds without a unit.
 fn seconds(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let digits = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E').unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
-    let factor = match unit.trim() {
-        "" | "s" | "sec" => 1.0,
-        "ms" => 1e-3,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        other => return Err(format!("`{other}` is no unit of time; known are ms, s, min and h")),
-    };
-    match number.trim().parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value * factor),
-        Ok(_) => Err("the time must be above zero".to_owned()),
-        Err(_) => Err("expected a time, 30s or 2min say".to_owned()),
-    }
+    text.parse::<Period>().map(|period| period.0.as_secs_f64())
 }
 
 pub fn html(text: &str) -> Result<PathBuf, String> {
