@@ -2,8 +2,8 @@
 
 use super::space::{Bounce, Extension, PathSpace, Scattering, Side, SpecularKind};
 use crate::bsdf::{Bsdf, TransportMode};
-use crate::camera::{Camera, CameraEnd};
-use crate::film::PixelBounds;
+use crate::camera::{Camera, CameraEnd, CameraPlace};
+use crate::film::FilmWindow;
 use crate::light::{BoundingSphere, Combination, EmittedSpectrum, EmittingPoint, LightContext, LightEnd, Place, Target};
 use crate::material::Shading;
 use crate::world::World;
@@ -20,7 +20,7 @@ const MAX_PASSAGES: u32 = 1000;
 pub struct SceneSpace<'w> {
     world: &'w World,
     camera: &'w Camera,
-    bounds: PixelBounds,
+    window: FilmWindow,
     sphere: BoundingSphere,
     wavelengths: Wavelengths,
     time_u: f32,
@@ -89,9 +89,9 @@ impl SceneVertex<'_> {
                 Place::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
                 Place::Infinity(towards) => Anchor::Far(towards),
             },
-            Self::Camera(end) => match end.position() {
-                Some(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
-                None => Anchor::Far(-end.direction()),
+            Self::Camera(end) => match end.place() {
+                CameraPlace::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
+                CameraPlace::Infinity(looking) => Anchor::Far(-looking),
             },
         }
     }
@@ -139,12 +139,12 @@ fn cosine(at: Anchor, direction: Vec3) -> f32 {
 }
 
 impl<'w> SceneSpace<'w> {
-    /// The paths through a world at some wavelengths, at the moment of the shutter that `time_u` names. Walks from the eye start
-    /// anywhere within `bounds`.
+    /// The paths through a world at some wavelengths, at the moment of the shutter that `time_u` names, that are seen anywhere
+    /// within `window`.
     pub fn new(
         world: &'w World,
         camera: &'w Camera,
-        bounds: PixelBounds,
+        window: FilmWindow,
         wavelengths: Wavelengths,
         time_u: f32,
     ) -> Self {
@@ -152,7 +152,7 @@ impl<'w> SceneSpace<'w> {
         Self {
             world,
             camera,
-            bounds,
+            window,
             sphere: world.bounding_sphere().into(),
             wavelengths,
             time_u,
@@ -180,7 +180,7 @@ impl<'w> SceneSpace<'w> {
 
     /// The density with which walks from the eye choose a place on the film, per pixel's area.
     pub fn film_density(&self) -> f32 {
-        1.0 / self.bounds.area() as f32
+        1.0 / (self.window.size().x * self.window.size().y)
     }
 
     /// The place on the film where light that comes from `next` arrives; `None` if it does not.
@@ -196,8 +196,8 @@ impl<'w> SceneSpace<'w> {
     /// What is seen from an eye's end through a place on the film. `as_end` as in [`PathSpace::extend`].
     pub fn seen_through(&self, end: &SceneVertex<'_>, film: Vec2, as_end: bool) -> Option<SceneVertex<'w>> {
         let SceneVertex::Camera(end) = end else { return None };
-        let (origin, direction) = self.camera.departure(end, film);
-        self.trace(origin, direction, as_end)
+        let ray = self.camera.departure(end, film);
+        self.trace(ray.origin, ray.direction, as_end)
     }
 
     /// What a walk finds after `end`, an `x₀` that it has come upon from `at`, if it takes no notice of it: behind a surface that
@@ -277,7 +277,8 @@ impl<'w> SceneSpace<'w> {
     /// The place on the film that a vertex is seen at, and `W`.
     fn importance(&self, end: &SceneVertex<'_>, seen: &SceneVertex<'_>) -> Option<(Vec2, f32)> {
         let SceneVertex::Camera(camera_end) = end else { return None };
-        self.camera.film(camera_end, self.aim(end, seen)?)
+        let found = self.camera.film(camera_end, self.aim(end, seen)?, f32::INFINITY)?;
+        self.window.contains(found.0).then_some(found)
     }
 
     fn reference(vertex: &SceneVertex<'_>) -> Option<Reference> {
@@ -319,7 +320,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
 
     fn extend(
         &self,
-        _side: Side,
+        side: Side,
         previous: Option<&SceneVertex<'w>>,
         at: &SceneVertex<'w>,
         as_end: bool,
@@ -329,10 +330,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
         match at {
             SceneVertex::Camera(_) => {
                 let u = samples.next_2d();
-                let film = Vec2::new(
-                    self.bounds.x0 as f32 + u.x * self.bounds.width() as f32,
-                    self.bounds.y0 as f32 + u.y * self.bounds.height() as f32,
-                );
+                let film = self.window.min + u * self.window.size();
                 self.seen_through(at, film, as_end).map(spread)
             }
             SceneVertex::Light(end) => {
@@ -342,7 +340,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
             }
             SceneVertex::Surface(surface) => {
                 let (from, _) = direction(at.anchor(), previous?.anchor())?;
-                let mode = match _side {
+                let mode = match side {
                     Side::Light => TransportMode::Importance,
                     Side::Eye => TransportMode::Radiance,
                 };

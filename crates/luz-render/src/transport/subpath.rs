@@ -99,11 +99,28 @@ impl<V: Clone> Subpath<V> {
         true
     }
 
-    /// Plays roulette with the last vertex. Returns whether it survives; its weight makes up for the chance.
-    pub fn survives(&mut self, u: f32, compression: f32) -> bool {
-        let Some(throughput) = self.throughputs.last_mut() else { return false };
-        let survival = throughput_survival((*throughput * compression).max_component(), &Limits::ROULETTE);
-        *throughput *= 1.0 / survival;
+    /// Plays roulette with the last vertex by how its weight compares with that of the walk's first step. Returns whether it
+    /// survives; its weight makes up for the chance, of which densities know nothing.
+    pub fn survives(&mut self, u: f32) -> bool {
+        let (Some(&first), Some(last)) = (self.throughputs.get(1), self.throughputs.last_mut()) else { return true };
+        // Radiance is compressed on entering a denser medium, to be spread again on leaving it: look at it without this detour.
+        let detour: f32 = match self.side {
+            Side::Light => 1.0,
+            Side::Eye => self.nodes.iter().map(|node| node.scattering.compression).product(),
+        };
+        let relative = last.zip(first, |now, then| if then > 0.0 { now / then } else { 0.0 });
+        let survival = throughput_survival(relative.max_component() * detour, &Limits::ROULETTE);
+        *last *= 1.0 / survival;
         u < survival
+    }
+
+    /// Takes the last vertex away.
+    pub fn pop(&mut self) {
+        self.nodes.pop();
+        self.densities.pop();
+        self.throughputs.pop();
+        if let Some(last) = self.nodes.last_mut() {
+            (last.bounce, last.geometry, last.scattering) = (Bounce::Spread, 0.0, Scattering::NONE);
+        }
     }
 }
