@@ -6,7 +6,7 @@ mod statistics;
 pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
-use crate::chance::chance;
+use crate::chance::chance_of_ray;
 use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
@@ -181,7 +181,7 @@ impl World {
         let surface = self.accelerator.surface(ray, hit);
         let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
         let mut material = self.material(material);
-        while let Some(chosen) = material.choose(&self.textures, &context, -ray.direction) {
+        while let Some(chosen) = material.choose(&self.textures, &context) {
             material = self.material(chosen);
         }
         !material.always_scatters()
@@ -193,6 +193,6 @@ impl World {
         let surface = self.accelerator.surface(ray, hit);
         let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
         let alpha = self.textures.float(alpha, &context);
-        alpha >= 1.0 || (alpha > 0.0 && chance(ray.origin, ray.direction, 0) < alpha)
+        alpha >= 1.0 || (alpha > 0.0 && chance_of_ray(ray.origin, ray.direction) < alpha)
     }
 }
