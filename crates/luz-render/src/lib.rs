@@ -19,5 +19,5 @@ pub mod world;
 pub use render::{
     Failure, Incident, Incidents, PASS_TIME, Part, PartError, PartHeader, RenderCost, Renderer, Shard, adaptive,
 };
-pub use settings::{Crop, Overrides, Settings};
+pub use settings::{Crop, MetropolisOverrides, Overrides, Settings};
 pub use sphere_map::SphereMap;

@@ -1,11 +1,14 @@
 //! How a scene is to be rendered, as its file says and as the caller wishes otherwise.
 
 use crate::bsdf::CoatWeights;
-use crate::film::{FilmContents, FilmKind, FilmLayers, Filter, PixelBounds};
-use crate::integrator::{PathIntegrator, Technique};
+use crate::film::{FilmContents, FilmKind, FilmLayers, FilmWindow, Filter, PixelBounds};
+use crate::integrator::metropolis::{DirectLight, MutationProbabilities, PerturbationRanges, PrimaryEstimator};
+use crate::integrator::{Integrator, IntegratorKind, Technique};
 use crate::light::{LightSampler, ScaledSpectrum};
+use glam::Vec2;
 use luz_color::{RgbColorSpace, Sensor};
 use luz_sample::SamplerKind;
+use luz_sample::markov::Kernel;
 use luz_sample::mis::Heuristic;
 use luz_sample::roulette::Roulette;
 
@@ -31,7 +34,7 @@ pub struct Settings {
     /// A sample's RGB is scaled down so that no component exceeds this; infinite for no limit.
     pub max_component: f32,
     /// The integrator.
-    pub integrator: PathIntegrator,
+    pub integrator: Integrator,
     /// The sequence that samples are drawn from.
     pub sampler: SamplerKind,
     /// Samples per pixel, for which the sampler's points are laid out.
@@ -53,7 +56,17 @@ impl Settings {
             layers: FilmLayers { features: self.film == FilmKind::GBuffer, techniques: self.technique_images },
             halves: self.adaptive.is_some(),
             signed: self.filter.is_signed(),
+            splats: self.integrator.splat_contents(),
         }
+    }
+
+    /// The film positions that any pixel filter of the picture reaches: the pixels themselves under a box filter of one pixel, more
+    /// under wider ones. Whoever draws film positions for splats draws them from here; the frame's edges would be darker otherwise.
+    pub fn film_window(&self) -> FilmWindow {
+        let PixelBounds { x0, y0, x1, y1 } = self.bounds;
+        let beyond = self.filter.radius() - 0.5;
+        let corner = |x: u32, y: u32| Vec2::new(x as f32, y as f32);
+        FilmWindow { min: corner(x0, y0) - beyond, max: corner(x1, y1) + beyond }
     }
 }
 
@@ -83,8 +96,10 @@ pub struct Overrides {
     pub sampler: Option<SamplerKind>,
     /// The longest path.
     pub max_depth: Option<u32>,
-    /// The integrator, by its name in scene files.
-    pub integrator: Option<String>,
+    /// The integrator.
+    pub integrator: Option<IntegratorKind>,
+    /// How Metropolis light transport is done.
+    pub metropolis: MetropolisOverrides,
     /// How lights are chosen.
     pub light_sampler: Option<LightSampler>,
     /// Whether environment maps leave dim directions to the BSDF where both are combined (MIS compensation); so if not
@@ -108,4 +123,31 @@ pub struct Overrides {
     pub adaptive: Option<f64>,
     /// How walks within rough coats are weighted; pbrt-v4's weights make them too bright, as its pictures have them.
     pub coat_weights: CoatWeights,
+}
+
+/// What the caller wishes of Metropolis light transport. What is not said is as the scene says, or as [`Metropolis`] has it.
+///
+/// [`Metropolis`]: crate::integrator::metropolis::Metropolis
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MetropolisOverrides {
+    /// Markov chains.
+    pub chains: Option<u64>,
+    /// Independent samples that the normalisation is estimated from.
+    pub bootstrap_samples: Option<u64>,
+    /// Groups of chains, whose spread gives every pixel its error.
+    pub batches: Option<u32>,
+    /// Who finds direct light.
+    pub direct_light: Option<DirectLight>,
+    /// Two-stage Metropolis.
+    pub two_stage: bool,
+    /// The estimator whose numbers primary-space Metropolis mutates.
+    pub estimator: Option<PrimaryEstimator>,
+    /// The probability of large steps.
+    pub large_step_probability: Option<f64>,
+    /// How far small steps go.
+    pub kernel: Option<Kernel>,
+    /// How often each mutation of path-space Metropolis is proposed.
+    pub mutations: Option<MutationProbabilities>,
+    /// How far its perturbations go.
+    pub ranges: Option<PerturbationRanges>,
 }

@@ -1,5 +1,6 @@
 //! Rectangles of pixels.
 
+use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
 /// A rectangle of pixels: `x0 ≤ x < x1`, `y0 ≤ y < y1`.
@@ -41,5 +42,40 @@ impl PixelBounds {
     /// Pixels.
     pub fn area(&self) -> usize {
         (self.width() as usize).saturating_mul(self.height() as usize)
+    }
+}
+
+/// A rectangle of film positions, in pixels from the frame's top left corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmWindow {
+    /// Left and top.
+    pub min: Vec2,
+    /// Right and bottom.
+    pub max: Vec2,
+}
+
+impl FilmWindow {
+    /// Width and height in pixels.
+    #[inline]
+    pub fn size(&self) -> Vec2 {
+        self.max - self.min
+    }
+
+    /// In px².
+    #[inline]
+    pub fn area(&self) -> f32 {
+        self.size().element_product()
+    }
+
+    /// The position that a point of the unit square is mapped to; its density is 1 / [`area`](Self::area) per px².
+    #[inline]
+    pub fn at(&self, u: Vec2) -> Vec2 {
+        self.min + u * self.size()
+    }
+
+    /// Does a position lie within? (Right and bottom edges do not.)
+    #[inline]
+    pub fn contains(&self, film: Vec2) -> bool {
+        film.cmpge(self.min).all() && film.cmplt(self.max).all()
     }
 }

@@ -75,6 +75,11 @@ impl Filter {
         profile(self.kind, self.radius.x, offset.x) * profile(self.kind, self.radius.y, offset.y)
     }
 
+    /// The integral of [`evaluate`](Self::evaluate) over the plane, in px².
+    pub fn integral(&self) -> f64 {
+        self.axes[0].integral * self.axes[1].integral
+    }
+
     /// True where the filter is negative somewhere.
     pub fn is_signed(&self) -> bool {
         self.axes.iter().any(|axis| axis.signed)
@@ -97,6 +102,8 @@ impl Filter {
 struct Axis {
     inverse: Vec<f32>,
     signed: bool,
+    /// Of the profile itself, in pixels.
+    integral: f64,
 }
 
 /// Knots of the inverse; linear between them.
@@ -108,11 +115,13 @@ impl Axis {
     fn new(kind: FilterKind, radius: f32) -> Self {
         let position = |step: usize| radius * (2.0 * step as f64 / STEPS as f64 - 1.0) as f32;
         let mut signed = false;
+        let mut integral = 0.0;
         let mut cumulative = Vec::with_capacity(STEPS + 1);
         cumulative.push(0.0f64);
         for step in 0..STEPS {
             let value = profile(kind, radius, 0.5 * (position(step) + position(step + 1)));
             signed |= value < 0.0;
+            integral += f64::from(value);
             cumulative.push(cumulative[step] + f64::from(value.abs()));
         }
         let total = cumulative[STEPS];
@@ -128,7 +137,7 @@ impl Axis {
                 position(step) + (position(step + 1) - position(step)) * fraction as f32
             })
             .collect();
-        Self { inverse, signed }
+        Self { inverse, signed, integral: integral * 2.0 * f64::from(radius) / STEPS as f64 }
     }
 
     #[inline]

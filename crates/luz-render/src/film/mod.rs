@@ -2,13 +2,18 @@
 
 mod bounds;
 mod filter;
+mod fixed;
+mod footprint;
 mod layers;
 mod pixel;
+mod splat;
 
-pub use bounds::PixelBounds;
+pub use bounds::{FilmWindow, PixelBounds};
 pub use filter::{Filter, FilterKind, FilterSample};
+pub use footprint::Footprint;
 pub use layers::{Features, FilmLayers, LayerSample, TechniqueShares};
 pub use pixel::{Estimate, Pixel, SignedSums};
+pub use splat::{Normalization, SplatContents, SplatSums};
 
 use bytemuck::{cast_slice, cast_slice_mut};
 use luz_image::{Image, ImageError};
@@ -34,6 +39,8 @@ pub struct FilmContents {
     pub halves: bool,
     /// Signed sums, for filters with negative lobes.
     pub signed: bool,
+    /// What arrives anywhere.
+    pub splats: SplatContents,
 }
 
 impl FilmContents {
@@ -61,6 +68,7 @@ pub struct Film {
     /// As many as pixels, or none.
     signed: Vec<SignedSums>,
     layers: Vec<f64>,
+    splats: Option<SplatSums>,
 }
 
 /// One row of the film, as whoever samples it writes it.
@@ -94,10 +102,10 @@ impl FilmRow<'_> {
 impl Film {
     /// The bytes of memory that a film takes.
     pub fn bytes(contents: FilmContents, bounds: PixelBounds) -> usize {
-        bounds.area().saturating_mul(contents.pixel_bytes())
+        bounds.area().saturating_mul(contents.pixel_bytes().saturating_add(contents.splats.pixel_bytes()))
     }
 
-    /// The bytes of so many pixels of a film; `None` beyond all memory.
+    /// The bytes of so many pixels of a film, but for splats; `None` beyond all memory.
     pub fn bytes_of(contents: FilmContents, pixels: usize) -> Option<usize> {
         pixels.checked_mul(contents.pixel_bytes())
     }
@@ -116,7 +124,18 @@ impl Film {
             pixels: vec![Pixel::default(); buffers],
             signed: vec![SignedSums::default(); if contents.signed { buffers } else { 0 }],
             layers: vec![0.0; bounds.area() * contents.layers.len()],
+            splats: SplatSums::new(contents.splats, bounds),
         }
+    }
+
+    /// What arrived anywhere; `None` where no splats are kept.
+    pub fn splats(&self) -> Option<&SplatSums> {
+        self.splats.as_ref()
+    }
+
+    /// As [`splats`](Self::splats), to be counted.
+    pub fn splats_mut(&mut self) -> Option<&mut SplatSums> {
+        self.splats.as_mut()
     }
 
     /// What is kept.
@@ -132,9 +151,15 @@ impl Film {
     /// What is known of each pixel, row by row.
     pub fn estimates(&self) -> impl ExactSizeIterator<Item = Estimate> {
         let buffers = self.contents.buffers();
+        let mutations = self.splats.as_ref().map_or(0, SplatSums::mutations);
+        let mutations_each = mutations.div_ceil(self.bounds.area().max(1) as u64);
         self.pixels.chunks_exact(buffers).enumerate().map(move |(i, halves)| {
             let signed = self.contents.signed.then(|| &self.signed[i * buffers..(i + 1) * buffers]);
-            Estimate::of_halves(halves, signed)
+            let of_samples = Estimate::of_halves(halves, signed);
+            match &self.splats {
+                Some(splats) => of_samples.with_splats(splats.estimate(i), mutations_each),
+                None => of_samples,
+            }
         })
     }
 
@@ -145,19 +170,22 @@ impl Film {
 
     /// The film's rows, to be written independently of each other.
     pub fn rows_mut(&mut self) -> Vec<FilmRow<'_>> {
+        self.rows_and_splats_mut().0
+    }
+
+    /// The film's rows, to be written independently of each other, and its splats, to be added to by whomever.
+    pub fn rows_and_splats_mut(&mut self) -> (Vec<FilmRow<'_>>, Option<&SplatSums>) {
         let (contents, width) = (self.contents, self.bounds.width() as usize);
         let buffers = (width * contents.buffers()).max(1);
         let mut signed = self.signed.chunks_exact_mut(buffers);
         let mut layers = self.layers.chunks_exact_mut((width * contents.layers.len()).max(1));
-        self.pixels
-            .chunks_exact_mut(buffers)
-            .map(|pixels| FilmRow {
-                contents,
-                pixels,
-                signed: signed.next().unwrap_or_default(),
-                layers: layers.next().unwrap_or_default(),
-            })
-            .collect()
+        let rows = self.pixels.chunks_exact_mut(buffers).map(|pixels| FilmRow {
+            contents,
+            pixels,
+            signed: signed.next().unwrap_or_default(),
+            layers: layers.next().unwrap_or_default(),
+        });
+        (rows.collect(), self.splats.as_ref())
     }
 
     /// The sums of runs of pixels: pixels, signed sums, layers, in little-endian numbers.
@@ -220,14 +248,18 @@ impl Film {
         errors[..kept].iter().sum::<f64>() / kept as f64
     }
 
-    /// Samples that arrived.
+    /// Samples that arrived; mutations, where Markov chains make the picture.
     pub fn samples(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(p.count())).sum()
+        match self.splats.as_ref().map_or(0, SplatSums::mutations) {
+            0 => self.pixels.iter().map(|p| u64::from(p.count())).sum(),
+            mutations => mutations,
+        }
     }
 
-    /// Samples that were dropped for not being finite.
+    /// Samples and splats that were dropped for not being finite.
     pub fn dropped(&self) -> u64 {
-        self.pixels.iter().map(|p| u64::from(p.dropped())).sum()
+        let samples: u64 = self.pixels.iter().map(|p| u64::from(p.dropped())).sum();
+        samples.saturating_add(self.splats.as_ref().map_or(0, SplatSums::dropped))
     }
 
     /// The root of Σ variance over Σ mean², over sampled pixels and channels: the relative standard error of the whole picture.

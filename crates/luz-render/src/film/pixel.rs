@@ -1,5 +1,6 @@
 //! What one pixel has received.
 
+use super::splat::SplatEstimate;
 use bytemuck::{Pod, Zeroable};
 
 /// The sums of one pixel, or of one half of it.
@@ -117,6 +118,21 @@ impl Estimate {
         let n = f64::from(count);
         let variance = pixel.spread(&mean).map(|spread| spread * n / ((n - 1.0) * weight * weight));
         Self { mean, variance, count, dropped, weight }
+    }
+
+    /// With what splats add. Where chains alone make the picture, a pixel without samples is known as well as they know it; `count`
+    /// is then that of mutations, in so many of which each pixel has its share.
+    pub(super) fn with_splats(self, splats: SplatEstimate, mutations_each: u64) -> Self {
+        let count = self.count.max(u32::try_from(mutations_each).unwrap_or(u32::MAX));
+        if self.count == 0 {
+            return Self { mean: splats.mean, variance: splats.variance, count, ..self };
+        }
+        Self {
+            mean: std::array::from_fn(|c| self.mean[c] + splats.mean[c]),
+            variance: std::array::from_fn(|c| self.variance[c] + splats.variance[c]),
+            count,
+            ..self
+        }
     }
 
     /// The mean of independent halves. Each has the same weight, whatever its number of samples: that number depends on the

@@ -18,7 +18,7 @@ pub use shard::Shard;
 use crate::camera::Camera;
 use crate::film::{Film, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, Findings, Ledger, PixelRecord};
-use crate::integrator::{PathIntegrator, PathObserver, Technique};
+use crate::integrator::{PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use adaptive::SampleLimits;
@@ -93,10 +93,13 @@ impl<'a> Renderer<'a> {
     /// A render of which no pass is done.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
         let contents = settings.film_contents();
-        let PathIntegrator { heuristic, technique, roulette, .. } = settings.integrator;
+        let path = settings.integrator.path().copied();
         let (center, radius) = world.bounding_sphere();
-        let guide = (roulette == Roulette::Efficiency).then(|| EfficiencyGuide::new(center, radius));
-        let is_optimal = heuristic == Heuristic::Optimal && technique == Technique::Both;
+        let guide = path
+            .is_some_and(|path| path.roulette == Roulette::Efficiency)
+            .then(|| EfficiencyGuide::new(center, radius));
+        let is_optimal =
+            path.is_some_and(|path| path.heuristic == Heuristic::Optimal && path.technique == Technique::Both);
         let buffers = contents.buffers() as u32;
         let samplers = (0..contents.buffers() as u64)
             .map(|half| {
@@ -214,7 +217,8 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         let range = self.rounds_done..self.rounds_done + rounds;
         let bounds = self.film.bounds();
-        let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
+        let Some(path) = self.settings.integrator.path() else { return };
+        let task = PixelSampler::new(path, self.world, self.camera, self.settings, &self.samplers);
         let limits = &self.limits;
         let width = bounds.width() as usize * task.halves();
         let mut estimators = self.optimal.chunks_exact_mut(width.max(1));
@@ -281,7 +285,8 @@ impl<'a> Renderer<'a> {
     /// Traces one sample of a half of a pixel of the frame for an observer, and leaves the film alone. Returns its colour. `None`
     /// if there is no such half. (Roulette by efficiency is that by throughput here.)
     pub fn trace(&self, pixel: [u32; 2], half: u32, sample: u32, observer: &mut impl PathObserver) -> Option<[f32; 3]> {
-        let task = PixelSampler::new(self.world, self.camera, self.settings, &self.samplers);
+        let path = self.settings.integrator.path()?;
+        let task = PixelSampler::new(path, self.world, self.camera, self.settings, &self.samplers);
         ((half as usize) < task.halves()).then(|| task.trace(pixel, half as usize, sample, observer))
     }
 

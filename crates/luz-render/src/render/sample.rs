@@ -5,7 +5,9 @@ use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
 use crate::camera::{Camera, RayDifferentials};
 use crate::film::{Features, FilmContents, FilmRow, FilterSample, LayerSample, TechniqueShares};
 use crate::integrator::efficiency::Ledger;
-use crate::integrator::{FoundBy, PathCost, PathEvent, PathObserver, PathTracer, Technique, Unwatched, Vertex};
+use crate::integrator::{
+    FoundBy, PathCost, PathEvent, PathIntegrator, PathObserver, PathTracer, Technique, Unwatched, Vertex,
+};
 use crate::light::Combination;
 use crate::settings::Settings;
 use crate::world::World;
@@ -32,11 +34,17 @@ pub(super) struct PixelSampler<'a> {
 }
 
 impl<'a> PixelSampler<'a> {
-    pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings, samplers: &'a [Sampler]) -> Self {
+    pub fn new(
+        path: &'a PathIntegrator,
+        world: &'a World,
+        camera: &'a Camera,
+        settings: &'a Settings,
+        samplers: &'a [Sampler],
+    ) -> Self {
         // Pictures of light sampling alone need lights drawn as if they were alone.
-        let is_combined = settings.integrator.technique == Technique::Both && !settings.technique_images;
+        let is_combined = path.technique == Technique::Both && !settings.technique_images;
         let combination = if is_combined { Combination::WithBsdf } else { Combination::Alone };
-        let tracer = PathTracer { settings: &settings.integrator, world, camera, combination };
+        let tracer = PathTracer { settings: path, world, camera, combination };
         Self { tracer, settings, samplers, contents: settings.film_contents() }
     }
 

@@ -1,6 +1,7 @@
 //! From a scene's description to a world.
 
 mod images;
+mod integrator;
 mod lights;
 mod materials;
 mod settings;
@@ -85,7 +86,7 @@ pub fn build(
     builder.materials(&mut context);
     builder.add_shapes(&mut context);
     builder.add_lights(&mut context);
-    let light_sampler = settings::light_sampler(&mut context, overrides);
+    let light_sampler = integrator::light_sampler(&mut context, overrides);
     let mis_compensation = overrides.mis_compensation.unwrap_or(true);
     let world = builder.finish(&mut context, (light_sampler, mis_compensation))?;
     (!context.diagnostics.has_errors()).then_some(Loaded { world, camera, settings })

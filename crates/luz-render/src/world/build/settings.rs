@@ -3,16 +3,14 @@
 use super::{Context, spectra, unsupported};
 use crate::camera::{Camera, Lens, Projection, ScreenWindow};
 use crate::film::{Film, FilmContents, FilmKind, FilmLayers, Filter, FilterKind, PixelBounds};
-use crate::integrator::{PathIntegrator, Technique};
-use crate::light::{LightSampler, ScaledSpectrum};
+use crate::integrator::Integrator;
+use crate::light::ScaledSpectrum;
 use crate::settings::{Crop, Overrides, Settings};
 use crate::sphere_map::SphereMap;
 use glam::Vec2;
 use luz_color::{Sensor, Spectrum, spectrum_to_photometric};
 use luz_geometry::AnimatedTransform;
 use luz_sample::SamplerKind;
-use luz_sample::mis::Heuristic;
-use luz_sample::roulette::Roulette;
 use luz_scene::{Description, Diagnostic, Entity};
 
 /// Frames wider or higher than this are taken for a slip of the keyboard.
@@ -42,10 +40,13 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
+    let integrator = super::integrator::integrator(context, overrides);
+    let filter = overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter));
     let contents = FilmContents {
         layers: FilmLayers { features: kind == FilmKind::GBuffer, techniques: overrides.technique_images },
         halves: overrides.adaptive.is_some(),
-        signed: false,
+        signed: filter.is_signed(),
+        splats: integrator.splat_contents(),
     };
     if bounds.area() > PixelBounds::MOST_PIXELS || !Film::fits_in_memory(contents, bounds) {
         let (width, height) = (bounds.width(), bounds.height());
@@ -59,7 +60,9 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         );
     }
     let sampler = &description.sampler;
-    let (sampler_kind, samples_per_pixel) = sampling(context, sampler, overrides);
+    let (sampler_kind, samples) = sampling(context, sampler, overrides);
+    let mutations = super::integrator::mutations_per_pixel(context, &integrator);
+    let samples_per_pixel = overrides.samples_per_pixel.or(mutations).unwrap_or(samples);
     let option_seed = description.options.seed.map_or(0, |s| s.value);
     let seed = sampler.parameters.one_integer("seed", option_seed, context.diagnostics);
     let (sensor, white) = sensor(context, film);
@@ -68,12 +71,12 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         bounds,
         film: kind,
         technique_images: overrides.technique_images,
-        filter: overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter)),
+        filter,
         sensor,
         color_space: spectra::color_space(film.color_space),
         white,
-        max_component: max_component(context, film),
-        integrator: integrator(context, &description.integrator, overrides),
+        max_component: max_component(context, film, &integrator),
+        integrator,
         sampler: sampler_kind,
         samples_per_pixel,
         sample_limit: overrides.sample_limit.unwrap_or(samples_per_pixel),
@@ -83,13 +86,18 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
     }
 }
 
-fn max_component(context: &mut Context<'_>, film: &Entity) -> f32 {
+fn max_component(context: &mut Context<'_>, film: &Entity, integrator: &Integrator) -> f32 {
     const NAME: &str = "maxcomponentvalue";
     let value = film.parameters.one_float(NAME, f32::INFINITY, context.diagnostics);
     if value <= 0.0 {
         let span = film.parameters.span(NAME);
         context.diagnostics.error(span, format!("`{NAME}` must be positive, not {value}: nothing would be seen"));
         return f32::INFINITY;
+    }
+    if integrator.metropolis().is_some() && value.is_finite() {
+        let span = film.parameters.span(NAME);
+        let message = format!("`{NAME}` is not heeded: what chains splat is about equally bright everywhere");
+        context.diagnostics.warning(span, message);
     }
     value
 }
@@ -225,59 +233,7 @@ fn sampling(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -
     if samples < 1 {
         diagnostics.error(entity.span, format!("a picture needs at least one sample per pixel, not {samples}"));
     }
-    (overrides.sampler.unwrap_or(kind), overrides.samples_per_pixel.unwrap_or(samples.max(1) as u32))
-}
-
-fn integrator(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> PathIntegrator {
-    let parameters = &entity.parameters;
-    if overrides.integrator.is_none() && !matches!(&*entity.kind, "path" | "volpath") {
-        let kind = &entity.kind;
-        context.diagnostics.push(
-            Diagnostic::error(entity.kind_span, format!("the integrator `{kind}` cannot be rendered yet"))
-                .with_help("`--integrator path` renders the scene with path tracing instead"),
-        );
-    }
-    let max_depth = parameters.one_integer("maxdepth", 5, context.diagnostics);
-    if max_depth < 0 {
-        let span = parameters.span("maxdepth");
-        context.diagnostics.error(span, format!("`maxdepth` must not be negative: {max_depth}"));
-    }
-    if overrides.heuristic == Some(Heuristic::Optimal) && overrides.technique_images {
-        context.diagnostics.push(
-            Diagnostic::error(None, "optimal weights are no weights of single samples: they have no technique images")
-                .with_help("`--mis balance` or `--mis power` have some"),
-        );
-    }
-    if overrides.roulette == Some(Roulette::Efficiency) {
-        let mut refuse = |what: &str, why: &str| {
-            context.diagnostics.error(None, format!("roulette by efficiency does not go with {what}: {why}"));
-        };
-        if overrides.adaptive.is_some() {
-            refuse("adaptive sampling", "the halves of a pixel would no longer be independent");
-        }
-        if overrides.heuristic == Some(Heuristic::Optimal) {
-            refuse("optimal weights", "they want one sample of each technique");
-        }
-    }
-    PathIntegrator {
-        max_depth: overrides.max_depth.unwrap_or(max_depth.max(0) as u32),
-        heuristic: overrides.heuristic.unwrap_or(Heuristic::Power(2.0)),
-        technique: overrides.technique.unwrap_or(Technique::Both),
-        roulette: overrides.roulette.unwrap_or_default(),
-        regularize: parameters.one_bool("regularize", false, context.diagnostics),
-    }
-}
-
-/// How lights are chosen.
-pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) -> LightSampler {
-    let parameters = &context.description.integrator.parameters;
-    let default = LightSampler::default().to_string();
-    let name = parameters.string("lightsampler", context.diagnostics).unwrap_or(&default);
-    let named = name.parse().unwrap_or_else(|error: String| {
-        context.diagnostics.error(parameters.span("lightsampler"), error);
-        LightSampler::default()
-    });
-    overrides.light_sampler.unwrap_or(named)
+    (overrides.sampler.unwrap_or(kind), samples.max(1) as u32)
 }
 
 pub(super) fn camera(context: &mut Context<'_>, description: &Description, resolution: [u32; 2]) -> Camera {
