@@ -152,7 +152,8 @@ impl PixelEstimator for BidirectionalTracer<'_> {
         let eye_vertices = if settings.uses_eye_walks() { vertices } else { 1 };
         walk_from_eye(&space, &mut eye, start, eye_vertices, samples, |walk, samples| {
             if settings.uses(0, walk.len())
-                && let Some(found) = connect(&space, (&none, 0), (walk, walk.len()), settings.heuristic, samples, &mut scratch)
+                && let Some(found) =
+                    connect(&space, (&none, 0), (walk, walk.len()), settings.heuristic, samples, &mut scratch)
             {
                 radiance += found.value * (seen * settings.weight(found.weight));
             }
@@ -168,7 +169,8 @@ impl PixelEstimator for BidirectionalTracer<'_> {
                     continue;
                 }
                 samples.set_dimension(step_dimension(t) + DIRECT_DIMENSION);
-                let Some(found) = connect(&space, (&light, s), (&eye, t), settings.heuristic, samples, &mut scratch) else {
+                let Some(found) = connect(&space, (&light, s), (&eye, t), settings.heuristic, samples, &mut scratch)
+                else {
                     continue;
                 };
                 let value = found.value * settings.weight(found.weight);

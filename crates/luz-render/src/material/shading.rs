@@ -29,7 +29,6 @@ impl<'w> Shading<'w> {
         world: &'w World,
         camera: &Camera,
         interaction: &Interaction,
-        _outgoing: Vec3,
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Self> {

@@ -61,8 +61,7 @@ pub fn connect<P: PathSpace>(
             // The light in front of the camera is no matter of next-event estimation.
             let direct = if t == 2 { first } else { space.direct_density(behind?, &x0) };
             let joint = Joint { geometry: 0.0, light: Scattering::NONE, eye: scattering };
-            let weight =
-                weigh(space, (light, 0), (eye, t), &joint, (first, direct, true), heuristic, scratch);
+            let weight = weigh(space, (light, 0), (eye, t), &joint, (first, direct, true), heuristic, scratch);
             Some(Connection { value, weight, light: Some(x0) })
         }
         1 => {

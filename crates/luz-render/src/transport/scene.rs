@@ -1,10 +1,12 @@
 //! The paths of a scene.
 
 use super::space::{Bounce, Extension, PathSpace, Scattering, Side, SpecularKind};
-use crate::bsdf::{Bsdf, TransportMode};
+use crate::bsdf::{Bsdf, Lobe, TransportMode};
 use crate::camera::{Camera, CameraEnd, CameraPlace};
 use crate::film::FilmWindow;
-use crate::light::{BoundingSphere, Combination, EmittedSpectrum, EmittingPoint, LightContext, LightEnd, Place, Target};
+use crate::light::{
+    BoundingSphere, Combination, EmittedSpectrum, EmittingPoint, LightContext, LightEnd, Place, Target,
+};
 use crate::material::Shading;
 use crate::world::World;
 use glam::{Vec2, Vec3};
@@ -180,7 +182,7 @@ impl<'w> SceneSpace<'w> {
 
     /// The density with which walks from the eye choose a place on the film, per pixel's area.
     pub fn film_density(&self) -> f32 {
-        1.0 / (self.window.size().x * self.window.size().y)
+        1.0 / self.window.area()
     }
 
     /// The place on the film where light that comes from `next` arrives; `None` if it does not.
@@ -269,7 +271,9 @@ impl<'w> SceneSpace<'w> {
     fn aim(&self, from: &SceneVertex<'_>, at: &SceneVertex<'_>) -> Option<Vec3> {
         match (from.anchor(), at.anchor()) {
             (_, Anchor::Point { position, .. }) => Some(position),
-            (Anchor::Point { position, .. }, Anchor::Far(towards)) => Some(position + towards * (2.0 * self.sphere.radius)),
+            (Anchor::Point { position, .. }, Anchor::Far(towards)) => {
+                Some(position + towards * (2.0 * self.sphere.radius))
+            }
             (Anchor::Far(_), Anchor::Far(_)) => None,
         }
     }
@@ -330,8 +334,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
         match at {
             SceneVertex::Camera(_) => {
                 let u = samples.next_2d();
-                let film = self.window.min + u * self.window.size();
-                self.seen_through(at, film, as_end).map(spread)
+                self.seen_through(at, self.window.at(u), as_end).map(spread)
             }
             SceneVertex::Light(end) => {
                 let light = &self.world.lights()[end.light as usize];
@@ -364,7 +367,9 @@ impl<'w> PathSpace for SceneSpace<'w> {
         let context = self.lights();
         let (number, _, x) = self.world.light_selection().sample(context.combination, &reference, u.x)?;
         let light = &self.world.lights()[number];
-        light.sample_end_from(number as u32, context, &reference, Vec2::new(x, u.y)).map(|(end, _)| SceneVertex::Light(end))
+        light
+            .sample_end_from(number as u32, context, &reference, Vec2::new(x, u.y))
+            .map(|(end, _)| SceneVertex::Light(end))
     }
 
     fn direct_density(&self, from: &SceneVertex<'w>, light: &SceneVertex<'w>) -> f32 {
@@ -464,6 +469,15 @@ impl<'w> PathSpace for SceneSpace<'w> {
     }
 }
 
+impl SpecularKind {
+    const fn lobe(self) -> Lobe {
+        match self {
+            Self::Reflection => Lobe::REFLECTION,
+            Self::Transmission => Lobe::TRANSMISSION,
+        }
+    }
+}
+
 impl SurfaceVertex<'_> {
     /// Where a ray that leaves towards `direction` starts.
     fn offset_origin(&self, direction: Vec3) -> Vec3 {
@@ -480,7 +494,7 @@ impl SurfaceVertex<'_> {
         }
         match bounce {
             Bounce::Spread => {
-                let (f, pdf) = self.bsdf.evaluate_proposal(wo, wi, TransportMode::Radiance);
+                let (f, pdf) = self.bsdf.evaluate(wo, wi, TransportMode::Radiance);
                 if f.is_black() {
                     return Scattering::NONE;
                 }
@@ -492,8 +506,9 @@ impl SurfaceVertex<'_> {
                 }
             }
             Bounce::Specular(kind) => {
-                let from_eye = self.bsdf.specular(wo, kind, TransportMode::Radiance);
-                let from_light = self.bsdf.specular(wi, kind, TransportMode::Importance);
+                let side = kind.lobe();
+                let from_eye = self.bsdf.specular(wo, side, TransportMode::Radiance);
+                let from_light = self.bsdf.specular(wi, side, TransportMode::Importance);
                 let (Some(from_eye), Some(from_light)) = (from_eye, from_light) else { return Scattering::NONE };
                 let eta_squared = from_eye.eta * from_eye.eta;
                 // How the walk's own measure, by the shading normal, and that of densities, by the geometric one, differ.

@@ -102,7 +102,9 @@ impl<V: Clone> Subpath<V> {
     /// Plays roulette with the last vertex by how its weight compares with that of the walk's first step. Returns whether it
     /// survives; its weight makes up for the chance, of which densities know nothing.
     pub fn survives(&mut self, u: f32) -> bool {
-        let (Some(&first), Some(last)) = (self.throughputs.get(1), self.throughputs.last_mut()) else { return true };
+        let (Some(first), Some(last)) = (self.throughputs.get(1).copied(), self.throughputs.last_mut()) else {
+            return true;
+        };
         // Radiance is compressed on entering a denser medium, to be spread again on leaving it: look at it without this detour.
         let detour: f32 = match self.side {
             Side::Light => 1.0,

@@ -5,7 +5,9 @@ use crate::film::FilmKind;
 use crate::integrator::metropolis::{
     DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimaryEstimator, PrimarySpaceIntegrator,
 };
-use crate::integrator::{BidirectionalIntegrator, Integrator, IntegratorKind, PathIntegrator, Technique};
+use crate::integrator::{
+    BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind, PathIntegrator, Technique,
+};
 use crate::light::LightSampler;
 use crate::settings::{MetropolisOverrides, Overrides};
 use luz_sample::markov::Kernel;
@@ -26,12 +28,17 @@ pub(super) fn integrator(context: &mut Context<'_>, overrides: &Overrides) -> In
         let warning = Diagnostic::warning(span, format!("`regularize` is not heeded by the integrator `{kind}`"));
         context.diagnostics.push(warning.with_help("path tracing heeds it"));
     }
+    let bidirectional = |techniques| BidirectionalIntegrator {
+        max_depth,
+        techniques,
+        heuristic: overrides.heuristic.unwrap_or_default(),
+    };
     match kind {
         IntegratorKind::Path => Integrator::Path(path(context, entity, max_depth, overrides)),
-        IntegratorKind::Light => Integrator::Light(BidirectionalIntegrator { max_depth }),
+        IntegratorKind::Light => Integrator::Light(bidirectional(BidirectionalTechniques::Light)),
         IntegratorKind::Bidirectional => {
             refuse_pictures_of_strategies(context, entity);
-            Integrator::Bidirectional(BidirectionalIntegrator { max_depth })
+            Integrator::Bidirectional(bidirectional(BidirectionalTechniques::All))
         }
         IntegratorKind::PrimarySpace => {
             let estimator = overrides.metropolis.estimator.unwrap_or_default();
