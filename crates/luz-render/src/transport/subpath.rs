@@ -99,8 +99,8 @@ impl<V: Clone> Subpath<V> {
         true
     }
 
-    /// Plays roulette with the last vertex by how its weight compares with that of the walk's first step. Returns whether it
-    /// survives; its weight makes up for the chance, of which densities know nothing.
+    /// Plays roulette with the last vertex by how its weight compares with that of the walk's first step. Takes it away and returns
+    /// false if it does not survive; else its weight makes up for the chance, of which densities know nothing.
     pub fn survives(&mut self, u: f32) -> bool {
         let (Some(first), Some(last)) = (self.throughputs.get(1).copied(), self.throughputs.last_mut()) else {
             return true;
@@ -113,6 +113,9 @@ impl<V: Clone> Subpath<V> {
         let relative = last.zip(first, |now, then| if then > 0.0 { now / then } else { 0.0 });
         let survival = throughput_survival(relative.max_component() * detour, &Limits::ROULETTE);
         *last *= 1.0 / survival;
+        if u >= survival {
+            self.pop();
+        }
         u < survival
     }
 
