@@ -13,6 +13,7 @@ use crate::film::FilmWindow;
 use crate::transport::connection::{Scratch, connect};
 use crate::transport::{Bounce, PathSpace, SceneSpace, SceneVertex, Side, Subpath};
 use crate::world::World;
+use glam::Vec2;
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_sample::Samples;
 
@@ -120,9 +121,81 @@ fn walk_from_eye<'w, S: Samples>(
     }
 }
 
-/// Is some vertex's scattering different at each wavelength?
-fn disperses(walk: &Subpath<SceneVertex<'_>>) -> bool {
-    (0..walk.len()).any(|i| walk.vertex(i).and_then(SceneVertex::surface).is_some_and(|surface| surface.disperses))
+/// Is some vertex's scattering, of the first so many, different at each wavelength?
+fn disperses(walk: &Subpath<SceneVertex<'_>>, vertices: usize) -> bool {
+    (0..vertices).any(|i| walk.vertex(i).and_then(SceneVertex::surface).is_some_and(|surface| surface.disperses))
+}
+
+/// A path that a sample has found.
+pub(crate) struct Found<'a, 'w> {
+    /// The walk from the light, and how many of its vertices the path has.
+    pub light: (&'a Subpath<SceneVertex<'w>>, usize),
+    /// The walk from the eye, and how many of its vertices the path has.
+    pub eye: (&'a Subpath<SceneVertex<'w>>, usize),
+    /// The `x₀` that stands for the first vertex of all, see [`Connection::light`](crate::transport::Connection::light).
+    pub x0: Option<&'a SceneVertex<'w>>,
+    /// Contribution over density, times the technique's weight; the density of the film position is one over the window's area.
+    pub value: SampledSpectrum,
+}
+
+impl<'w> Found<'_, 'w> {
+    /// Where on the film the path ends, other than where its walk from the eye has set out to.
+    pub fn arrival(&self, space: &SceneSpace<'w>) -> Option<Vec2> {
+        let (light, s) = self.light;
+        let last = self.x0.or_else(|| light.vertex(s.checked_sub(1)?))?;
+        space.film(self.eye.0.vertex(0)?, last)
+    }
+
+    /// Does the path scatter each wavelength elsewhere?
+    pub fn disperses(&self) -> bool {
+        disperses(self.light.0, self.light.1.min(self.light.0.len())) || disperses(self.eye.0, self.eye.1)
+    }
+}
+
+impl<'w> BidirectionalTracer<'w> {
+    /// Calls `visit` with all paths of a sample. Returns whether any vertex of its walks disperses.
+    pub(crate) fn visit<S: Samples>(
+        &self,
+        space: &SceneSpace<'w>,
+        start: &CameraStart,
+        samples: &mut S,
+        mut visit: impl FnMut(Found<'_, 'w>),
+    ) -> bool {
+        let settings = self.settings;
+        // A path of n vertices scatters n − 2 times.
+        let vertices = (settings.max_depth as usize).saturating_add(2);
+        let mut scratch = Scratch::default();
+        let mut light = Subpath::new(Side::Light);
+        let mut eye = Subpath::new(Side::Eye);
+        let none = Subpath::new(Side::Light);
+        if settings.uses_light_walks() {
+            walk_from_light(space, &mut light, vertices - 1, samples);
+        }
+        let eye_vertices = if settings.uses_eye_walks() { vertices } else { 1 };
+        walk_from_eye(space, &mut eye, start, eye_vertices, samples, |walk, samples| {
+            let t = walk.len();
+            if settings.uses(0, t)
+                && let Some(found) = connect(space, (&none, 0), (walk, t), settings.heuristic, samples, &mut scratch)
+            {
+                let value = found.value * settings.weight(found.weight);
+                visit(Found { light: (&none, 0), eye: (walk, t), x0: found.light.as_ref(), value });
+            }
+        });
+        for t in 1..=eye.len() {
+            for s in 0..=(vertices - t).min(light.len().max(1)) {
+                if !settings.uses(s, t) || (t == 1 && s == 0) {
+                    continue;
+                }
+                samples.set_dimension(step_dimension(t) + DIRECT_DIMENSION);
+                let found = connect(space, (&light, s), (&eye, t), settings.heuristic, samples, &mut scratch);
+                if let Some(found) = found {
+                    let value = found.value * settings.weight(found.weight);
+                    visit(Found { light: (&light, s), eye: (&eye, t), x0: found.light.as_ref(), value });
+                }
+            }
+        }
+        disperses(&light, light.len()) || disperses(&eye, eye.len())
+    }
 }
 
 impl PixelEstimator for BidirectionalTracer<'_> {
@@ -134,60 +207,26 @@ impl PixelEstimator for BidirectionalTracer<'_> {
         splats: &mut Splats<'_>,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
-        let settings = self.settings;
         let space = SceneSpace::new(self.world, self.camera, self.window, *wavelengths, start.time_u);
-        // A path of n vertices scatters n − 2 times.
-        let vertices = (settings.max_depth as usize).saturating_add(2);
-        let mut scratch = Scratch::default();
-        let mut light = Subpath::new(Side::Light);
-        let mut eye = Subpath::new(Side::Eye);
         let mut radiance = SampledSpectrum::ZERO;
-        // What a walk through a place on the film finds is the radiance there: the choice of the place does not count.
-        let seen = space.film_density();
-        let none = Subpath::new(Side::Light);
-
-        if settings.uses_light_walks() {
-            walk_from_light(&space, &mut light, vertices - 1, samples);
-        }
-        let eye_vertices = if settings.uses_eye_walks() { vertices } else { 1 };
-        walk_from_eye(&space, &mut eye, start, eye_vertices, samples, |walk, samples| {
-            if settings.uses(0, walk.len())
-                && let Some(found) =
-                    connect(&space, (&none, 0), (walk, walk.len()), settings.heuristic, samples, &mut scratch)
-            {
-                radiance += found.value * (seen * settings.weight(found.weight));
+        let mut arrived: Vec<(Vec2, SampledSpectrum)> = Vec::new();
+        let disperses = self.visit(&space, start, samples, |found| {
+            if found.eye.1 > 1 {
+                radiance += found.value;
+            } else if let Some(film) = found.arrival(&space) {
+                arrived.push((film, found.value));
             }
         });
-        if disperses(&light) || disperses(&eye) {
+        if disperses {
             wavelengths.terminate_secondary();
         }
-
-        for t in 1..=eye.len() {
-            let most = vertices - t;
-            for s in 0..=most.min(light.len().max(1)) {
-                if !settings.uses(s, t) || (t == 1 && s == 0) {
-                    continue;
-                }
-                samples.set_dimension(step_dimension(t) + DIRECT_DIMENSION);
-                let Some(found) = connect(&space, (&light, s), (&eye, t), settings.heuristic, samples, &mut scratch)
-                else {
-                    continue;
-                };
-                let value = found.value * settings.weight(found.weight);
-                if t > 1 {
-                    radiance += value * seen;
-                    continue;
-                }
-                let last = found.light.as_ref().or_else(|| light.vertex(s - 1));
-                let film = eye.vertex(0).zip(last).and_then(|(end, last)| space.film(end, last));
-                if let Some(film) = film {
-                    splats.add(film, value, wavelengths);
-                }
-            }
+        for (film, value) in arrived {
+            splats.add(film, value, wavelengths);
         }
         let (rays, shadow_rays) = space.rays();
         cost.rays += rays;
         cost.shadow_rays += shadow_rays;
-        radiance
+        // What a walk through a place on the film finds is the radiance there: the choice of the place does not count.
+        radiance * space.film_density()
     }
 }

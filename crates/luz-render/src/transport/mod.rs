@@ -30,13 +30,16 @@
 
 pub mod connection;
 pub mod path;
+pub mod perturbation;
 pub mod scene;
+mod scene_perturbation;
 pub mod space;
 pub mod subpath;
 pub mod technique;
 
 pub use connection::{Connection, connect};
-pub use path::{Node, Path};
-pub use scene::{SceneSpace, SceneVertex};
+pub use path::{Contribution, Node, Path};
+pub use perturbation::{PerturbationSpace, Range};
+pub use scene::{SceneSpace, SceneVertex, SurfaceVertex};
 pub use space::{Bounce, Extension, PathSpace, Scattering, Side, SpecularKind};
 pub use subpath::Subpath;

@@ -17,6 +17,13 @@ pub struct Node<V> {
     pub scattering: Scattering,
 }
 
+impl<V: Clone> Node<V> {
+    /// A vertex of which nothing else is known.
+    pub fn unknown(vertex: &V) -> Self {
+        Self { vertex: vertex.clone(), bounce: Bounce::Spread, geometry: 0.0, scattering: Scattering::NONE }
+    }
+}
+
 /// A path from a light to the eye, `x₀ … x_k`.
 #[derive(Clone, Debug)]
 pub struct Path<V> {
@@ -69,26 +76,36 @@ impl<V: Clone> Path<V> {
         self.nodes.extend_from_slice(nodes);
     }
 
-    /// Puts the vertices in the opposite order, those from `start` on. (Of edges and factors nothing is known then.)
-    pub fn reverse_from(&mut self, start: usize) {
-        self.nodes[start..].reverse();
+    /// Adds the vertices of a walk from the eye, the last one first. Of the edges between them nothing is known.
+    pub fn extend_from_reversed(&mut self, walk: &[Node<V>]) {
+        self.nodes.extend(walk.iter().rev().cloned());
     }
 
-    /// The vertices `s` of a walk from the light and `t` of one from the eye. What is known of them is kept; what is to be
-    /// found out by [`evaluate`](Self::evaluate) are the factors of the two vertices that meet, and `G` between them.
-    pub fn join(&mut self, light: &Subpath<V>, s: usize, eye: &Subpath<V>, t: usize) {
-        self.nodes.clear();
-        self.nodes.extend_from_slice(&light.nodes[..s.min(light.len())]);
-        let eye = &eye.nodes[..t.min(eye.len())];
-        for (i, node) in eye.iter().enumerate().rev() {
-            // The edge behind it, towards the eye, is the one by which the walk came.
-            let geometry = if i > 0 { eye[i - 1].geometry } else { 0.0 };
-            self.nodes.push(Node { geometry, ..node.clone() });
+    /// Says how vertex `i` scatters.
+    pub fn set_bounce(&mut self, i: usize, bounce: Bounce) {
+        if let Some(node) = self.nodes.get_mut(i) {
+            node.bounce = bounce;
         }
-        let meeting = self.nodes.len().saturating_sub(eye.len());
-        for i in [meeting.wrapping_sub(1), meeting] {
-            if let Some(node) = self.nodes.get_mut(i) {
-                node.bounce = Bounce::Spread;
+    }
+
+    /// The path of a connection: `s` vertices of a walk from the light and `t` of one from the eye, where `x0` stands for the first of
+    /// all, if there is one (see [`Connection::light`](super::Connection::light)). All of it is to be [evaluated](Self::evaluate).
+    pub fn join(&mut self, (light, s): (&Subpath<V>, usize), (eye, t): (&Subpath<V>, usize), x0: Option<&V>) {
+        self.nodes.clear();
+        self.nodes.extend(x0.map(Node::unknown));
+        if s > 1 || x0.is_none() {
+            self.nodes.extend_from_slice(&light.nodes[..s.min(light.len())]);
+        }
+        // With s = 0 the eye's walk has gone on to the light: nothing is connected.
+        let connected = self.nodes.len().wrapping_sub(1);
+        let from_eye = if s == 0 { t.saturating_sub(1) } else { t };
+        let start = self.nodes.len();
+        self.nodes.extend(eye.nodes[..from_eye.min(eye.len())].iter().rev().cloned());
+        if s > 0 {
+            for i in [connected, start] {
+                if let Some(node) = self.nodes.get_mut(i) {
+                    node.bounce = Bounce::Spread;
+                }
             }
         }
     }

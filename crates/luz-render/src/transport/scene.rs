@@ -35,8 +35,8 @@ pub struct SceneSpace<'w> {
 /// A vertex of a path through a scene.
 #[derive(Clone, Debug)]
 pub enum SceneVertex<'w> {
-    /// On the lens, or, of an orthographic camera, infinitely far behind it.
-    Camera(CameraEnd),
+    /// On the lens, or, of an orthographic camera, infinitely far behind it; with the numbers that name the point of the lens.
+    Camera(CameraEnd, Vec2),
     /// On a light, as an end of the path.
     Light(LightEnd),
     /// On a surface that scatters.
@@ -70,16 +70,29 @@ pub struct SurfaceVertex<'w> {
 
 /// What an edge knows of one of its ends.
 #[derive(Clone, Copy)]
-enum Anchor {
+pub(super) enum Anchor {
     /// A point, with the normal of its surface, if it is on one.
     Point { position: Vec3, error: Vec3, normal: Option<Vec3> },
     /// A direction from the scene.
     Far(Vec3),
 }
 
-impl SceneVertex<'_> {
+impl Anchor {
+    /// Where a ray from a point starts, to be clear of the surface; `None` at infinity.
+    pub(super) fn offset_origin(&self, direction: Vec3) -> Option<Vec3> {
+        match *self {
+            Self::Point { position, error, normal: Some(normal) } => {
+                Some(offset_ray_origin(position, error, normal, direction))
+            }
+            Self::Point { position, normal: None, .. } => Some(position),
+            Self::Far(_) => None,
+        }
+    }
+}
+
+impl<'w> SceneVertex<'w> {
     #[inline]
-    fn anchor(&self) -> Anchor {
+    pub(super) fn anchor(&self) -> Anchor {
         match self {
             Self::Surface(SurfaceVertex { position, error, normal, .. }) => {
                 Anchor::Point { position: *position, error: *error, normal: Some(*normal) }
@@ -91,7 +104,7 @@ impl SceneVertex<'_> {
                 Place::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
                 Place::Infinity(towards) => Anchor::Far(towards),
             },
-            Self::Camera(end) => match end.place() {
+            Self::Camera(end, _) => match end.place() {
                 CameraPlace::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
                 CameraPlace::Infinity(looking) => Anchor::Far(-looking),
             },
@@ -99,10 +112,10 @@ impl SceneVertex<'_> {
     }
 
     /// The surface's vertex, if it is on a surface that scatters.
-    pub fn surface(&self) -> Option<&SurfaceVertex<'_>> {
+    pub fn surface(&self) -> Option<&SurfaceVertex<'w>> {
         match self {
             Self::Surface(surface) => Some(surface),
-            Self::Camera(_) | Self::Light(_) => None,
+            Self::Camera(..) | Self::Light(_) => None,
         }
     }
 
@@ -118,7 +131,7 @@ impl SceneVertex<'_> {
 /// The unit direction from one to another, and the squared distance, which is one to what is infinitely far away. `None` for the
 /// same point, or between two that are both at infinity.
 #[inline]
-fn direction(from: Anchor, to: Anchor) -> Option<(Vec3, f32)> {
+pub(super) fn direction(from: Anchor, to: Anchor) -> Option<(Vec3, f32)> {
     let (direction, squared) = match (from, to) {
         (Anchor::Point { position: a, .. }, Anchor::Point { position: b, .. }) => {
             let squared = a.distance_squared(b);
@@ -133,7 +146,7 @@ fn direction(from: Anchor, to: Anchor) -> Option<(Vec3, f32)> {
 
 /// Of a point of a surface `|cos θ|`, of all else one.
 #[inline]
-fn cosine(at: Anchor, direction: Vec3) -> f32 {
+pub(super) fn cosine(at: Anchor, direction: Vec3) -> f32 {
     match at {
         Anchor::Point { normal: Some(normal), .. } => normal.dot(direction).abs(),
         Anchor::Point { normal: None, .. } | Anchor::Far(_) => 1.0,
@@ -180,6 +193,16 @@ impl<'w> SceneSpace<'w> {
         (self.rays.get(), self.shadow_rays.get())
     }
 
+    /// The film positions at which paths are seen.
+    pub fn window(&self) -> FilmWindow {
+        self.window
+    }
+
+    /// The radius of a sphere around all surfaces.
+    pub(super) fn radius(&self) -> f32 {
+        self.sphere.radius
+    }
+
     /// The density with which walks from the eye choose a place on the film, per pixel's area.
     pub fn film_density(&self) -> f32 {
         1.0 / self.window.area()
@@ -192,12 +215,12 @@ impl<'w> SceneSpace<'w> {
 
     /// The end of walks from the eye, at a point of the lens.
     pub fn lens(&self, lens_u: Vec2) -> SceneVertex<'w> {
-        SceneVertex::Camera(self.camera.sample_end(lens_u, self.time_u))
+        SceneVertex::Camera(self.camera.sample_end(lens_u, self.time_u), lens_u)
     }
 
     /// What is seen from an eye's end through a place on the film. `as_end` as in [`PathSpace::extend`].
     pub fn seen_through(&self, end: &SceneVertex<'_>, film: Vec2, as_end: bool) -> Option<SceneVertex<'w>> {
-        let SceneVertex::Camera(end) = end else { return None };
+        let SceneVertex::Camera(end, _) = end else { return None };
         let ray = self.camera.departure(end, film);
         self.trace(ray.origin, ray.direction, as_end)
     }
@@ -229,7 +252,7 @@ impl<'w> SceneSpace<'w> {
         self.world.light_context(&self.emitted, Combination::Alone)
     }
 
-    fn trace(&self, origin: Vec3, direction: Vec3, as_end: bool) -> Option<SceneVertex<'w>> {
+    pub(super) fn trace(&self, origin: Vec3, direction: Vec3, as_end: bool) -> Option<SceneVertex<'w>> {
         let mut ray = Ray::new(origin, direction, self.time);
         for _ in 0..MAX_PASSAGES {
             self.rays.set(self.rays.get() + 1);
@@ -279,8 +302,8 @@ impl<'w> SceneSpace<'w> {
     }
 
     /// The place on the film that a vertex is seen at, and `W`.
-    fn importance(&self, end: &SceneVertex<'_>, seen: &SceneVertex<'_>) -> Option<(Vec2, f32)> {
-        let SceneVertex::Camera(camera_end) = end else { return None };
+    pub(super) fn importance(&self, end: &SceneVertex<'_>, seen: &SceneVertex<'_>) -> Option<(Vec2, f32)> {
+        let SceneVertex::Camera(camera_end, _) = end else { return None };
         let found = self.camera.film(camera_end, self.aim(end, seen)?, f32::INFINITY)?;
         self.window.contains(found.0).then_some(found)
     }
@@ -288,7 +311,7 @@ impl<'w> SceneSpace<'w> {
     fn reference(vertex: &SceneVertex<'_>) -> Option<Reference> {
         match vertex {
             SceneVertex::Surface(surface) => Some(Reference::surface(surface.position, surface.frame.n)),
-            SceneVertex::Camera(end) => end.position().map(Reference::point),
+            SceneVertex::Camera(end, _) => end.position().map(Reference::point),
             SceneVertex::Light(_) => None,
         }
     }
@@ -312,7 +335,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
 
     fn begin_density(&self, side: Side, vertex: &SceneVertex<'w>) -> f32 {
         match (side, vertex) {
-            (Side::Eye, SceneVertex::Camera(_)) => 1.0,
+            (Side::Eye, SceneVertex::Camera(..)) => 1.0,
             (Side::Light, SceneVertex::Light(end)) => {
                 let number = end.light as usize;
                 let probability = self.world.light_selection().emitter_probability(number);
@@ -332,7 +355,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
     ) -> Option<Extension<SceneVertex<'w>>> {
         let spread = |vertex| Extension { vertex, bounce: Bounce::Spread };
         match at {
-            SceneVertex::Camera(_) => {
+            SceneVertex::Camera(..) => {
                 let u = samples.next_2d();
                 self.seen_through(at, self.window.at(u), as_end).map(spread)
             }
@@ -383,7 +406,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
     fn as_light(&self, vertex: &SceneVertex<'w>) -> Option<SceneVertex<'w>> {
         match vertex {
             SceneVertex::Light(end) => Some(SceneVertex::Light(*end)),
-            SceneVertex::Camera(_) => None,
+            SceneVertex::Camera(..) => None,
             SceneVertex::Surface(surface) => surface.light.map(|light| {
                 let SurfaceVertex { position, error, normal, uv, parametric, .. } = *surface;
                 let place = Place::Surface(EmittingPoint { position, error, normal, uv, parametric });
@@ -396,10 +419,15 @@ impl<'w> PathSpace for SceneSpace<'w> {
         matches!(end, SceneVertex::Light(end) if !end.is_delta())
     }
 
+    fn is_found_last(&self, end: &SceneVertex<'w>) -> bool {
+        let SceneVertex::Light(end) = end else { return false };
+        !end.is_delta() && (!end.is_infinite() || self.world.infinite_lights().first() == Some(&end.light))
+    }
+
     fn is_connectable(&self, vertex: &SceneVertex<'w>) -> bool {
         match vertex {
             SceneVertex::Surface(surface) => surface.bsdf.has_non_specular(),
-            SceneVertex::Camera(_) | SceneVertex::Light(_) => true,
+            SceneVertex::Camera(..) | SceneVertex::Light(_) => true,
         }
     }
 
@@ -415,10 +443,8 @@ impl<'w> PathSpace for SceneSpace<'w> {
         let (from, to) = match (a.anchor(), b.anchor()) {
             (from @ Anchor::Point { .. }, to) | (to, from) => (from, to),
         };
-        let (Some((direction, _)), Anchor::Point { position, error, normal }) = (direction(from, to), from) else {
-            return false;
-        };
-        let origin = normal.map_or(position, |normal| offset_ray_origin(position, error, normal, direction));
+        let Some((direction, _)) = direction(from, to) else { return false };
+        let Some(origin) = from.offset_origin(direction) else { return false };
         let target = match to {
             Anchor::Far(_) => Target::Infinity,
             Anchor::Point { position, normal: None, .. } => Target::Point(position),
@@ -447,7 +473,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
                     compression: 1.0,
                 }
             }
-            (Some(seen), SceneVertex::Camera(_), None) => match self.importance(at, seen) {
+            (Some(seen), SceneVertex::Camera(..), None) => match self.importance(at, seen) {
                 Some((_, importance)) => Scattering {
                     value: SampledSpectrum::splat(importance),
                     toward_light: importance * self.film_density(),
@@ -470,7 +496,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
 }
 
 impl SpecularKind {
-    const fn lobe(self) -> Lobe {
+    pub(super) const fn lobe(self) -> Lobe {
         match self {
             Self::Reflection => Lobe::REFLECTION,
             Self::Transmission => Lobe::TRANSMISSION,
@@ -480,7 +506,7 @@ impl SpecularKind {
 
 impl SurfaceVertex<'_> {
     /// Where a ray that leaves towards `direction` starts.
-    fn offset_origin(&self, direction: Vec3) -> Vec3 {
+    pub(super) fn offset_origin(&self, direction: Vec3) -> Vec3 {
         offset_ray_origin(self.position, self.error, self.normal, direction)
     }
 

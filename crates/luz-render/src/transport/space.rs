@@ -135,6 +135,11 @@ pub trait PathSpace {
     /// Can a walk from the other end come upon this end? (It cannot come upon a pinhole, or a point light.)
     fn can_be_hit(&self, end: &Self::Vertex) -> bool;
 
+    /// Is this `x₀` the one that [`extend`](Self::extend), `as_end`, finds where it stands? (Of several environments it finds the first.)
+    fn is_found_last(&self, end: &Self::Vertex) -> bool {
+        self.can_be_hit(end)
+    }
+
     /// Can the vertex be connected to others: does it scatter into solid angles at all?
     fn is_connectable(&self, vertex: &Self::Vertex) -> bool;
 
