@@ -18,7 +18,8 @@ pub mod transport;
 pub mod world;
 
 pub use render::{
-    Failure, Incident, Incidents, PASS_TIME, Part, PartError, PartHeader, RenderCost, Renderer, Shard, adaptive,
+    ChainReport, Failure, Incident, Incidents, PASS_TIME, Part, PartError, PartHeader, RenderCost, Renderer, Shard,
+    adaptive,
 };
 pub use settings::{Crop, MetropolisOverrides, Overrides, Settings};
 pub use sphere_map::SphereMap;

@@ -113,7 +113,7 @@ fn measure(light: &str, technique: Technique, sampler: LightSampler, samples: u3
     let (description, _) = luz_scene::read(&file).unwrap_or_else(|errors| panic!("{errors}"));
     let wishes = luz_render::Overrides { light_sampler: Some(sampler), ..overrides([16, 12], samples) };
     let mut loaded = load_description(&description, &wishes);
-    loaded.settings.integrator.technique = technique;
+    common::path(&mut loaded).technique = technique;
     loaded.settings.seed = seed;
     mean(&render(&loaded))
 }

@@ -79,7 +79,7 @@ fn each_technique_alone_has_the_mean_of_both() {
             let text = scene(lights, material);
             let measured = |technique: Technique, seed: u64| {
                 let mut loaded = load(&text, &overrides([20, 16], 128));
-                loaded.settings.integrator.technique = technique;
+                common::path(&mut loaded).technique = technique;
                 loaded.settings.seed = seed;
                 mean(&render(&loaded))
             };
@@ -106,7 +106,7 @@ fn techniques_agree_below_a_mix_with_nothing() {
     let text = scene(&format!("{}{roof}", LIGHTS[0].1), MATERIALS[0].1);
     let measured = |technique: Technique, seed: u64| {
         let mut loaded = load(&text, &overrides([20, 16], 1024));
-        loaded.settings.integrator.technique = technique;
+        common::path(&mut loaded).technique = technique;
         loaded.settings.seed = seed;
         mean(&render(&loaded))[1]
     };
@@ -131,7 +131,7 @@ fn every_heuristic_has_the_same_mean() {
             let text = scene(lights, material);
             let measured = |heuristic: Heuristic, seed: u64| {
                 let mut loaded = load(&text, &overrides([20, 16], 128));
-                loaded.settings.integrator.heuristic = heuristic;
+                common::path(&mut loaded).heuristic = heuristic;
                 loaded.settings.seed = seed;
                 mean(&render(&loaded))[1]
             };

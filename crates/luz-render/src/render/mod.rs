@@ -1,143 +1,98 @@
 //! Rendering as a sequence of passes.
 //!
 //! After every pass the film is consistent: it can be shown, saved, or left as it is. What a pixel receives is a pure
-//! function of scene, seed, pixel and sample number, and each pixel's sums run in the order of its samples; so neither
-//! the number of threads nor the size of the passes changes a single bit of the result.
+//! function of scene, seed, pixel and sample number, or of the numbers of a Markov chain and its step. Each pixel's sums run in the
+//! order of its samples, and those of splats are exact; so neither the number of threads nor the size of the passes changes
+//! a single bit of the result.
+//!
+//! Two engines take part in a pass, alone or together: samples of pixels ([`pixels`]), which may splat light elsewhere, and Markov
+//! chains ([`chains`]).
 
 pub mod adaptive;
+mod chains;
+mod cost;
 mod incident;
 mod optimal;
 mod part;
+mod pixels;
 mod sample;
 mod shard;
+mod splatting;
 
+pub use chains::ChainReport;
+pub use cost::RenderCost;
 pub use incident::{Failure, Incident, Incidents};
 pub use part::{Part, PartError, PartHeader};
 pub use shard::Shard;
 
 use crate::camera::Camera;
-use crate::film::{Film, PixelBounds};
-use crate::integrator::efficiency::{EfficiencyGuide, Findings, Ledger, PixelRecord};
-use crate::integrator::{PathObserver, Technique};
+use crate::film::Film;
+use crate::integrator::metropolis::{DirectLight, PrimarySpace};
+use crate::integrator::{Integrator, PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
-use adaptive::SampleLimits;
-use incident::panic_message;
+use chains::{ChainRounds, Chains};
 use luz_sample::mis::Heuristic;
-use luz_sample::random::hash;
 use luz_sample::roulette::Roulette;
-use luz_sample::{Sampler, SamplerConfig};
-use optimal::OptimalDirect;
-use rayon::prelude::*;
-use sample::PixelSampler;
-use serde::{Deserialize, Serialize};
-use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use pixels::{Estimator, PixelRounds};
 use std::time::{Duration, Instant};
-
-/// What rendering has cost so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct RenderCost {
-    /// Camera samples: one path each.
-    pub paths: u64,
-    /// Rays that asked for the closest hit.
-    pub rays: u64,
-    /// Rays that asked for any hit.
-    pub shadow_rays: u64,
-    /// Wall-clock seconds spent in passes.
-    pub seconds: f64,
-}
-
-impl RenderCost {
-    /// All rays per second.
-    pub fn rays_per_second(&self) -> f64 {
-        if self.seconds > 0.0 { (self.rays + self.shadow_rays) as f64 / self.seconds } else { 0.0 }
-    }
-
-    /// Adds what other passes have cost.
-    pub fn add(&mut self, other: &Self) {
-        self.paths = self.paths.saturating_add(other.paths);
-        self.rays = self.rays.saturating_add(other.rays);
-        self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
-        self.seconds += other.seconds;
-    }
-}
 
 /// How long a pass should take, if nothing else is said: whoever watches or interrupts is answered soon.
 pub const PASS_TIME: Duration = Duration::from_millis(700);
 
 /// A render in progress.
 pub struct Renderer<'a> {
-    world: &'a World,
-    camera: &'a Camera,
     settings: &'a Settings,
-    /// One for each half of the pixels.
-    samplers: Vec<Sampler>,
     film: Film,
-    /// What each pixel, or each of its halves, has learned of its direct light, where that is wanted.
-    optimal: Vec<OptimalDirect>,
-    /// What has been learned of how often paths should go on, where that is wanted, and what it knows of each pixel.
-    guide: Option<EfficiencyGuide>,
-    pixel_records: Vec<PixelRecord>,
+    /// Samples of pixels, where there are any.
+    pixels: Option<PixelRounds<'a>>,
+    /// Markov chains, where there are any.
+    chains: Option<Box<dyn Chains + 'a>>,
+    /// First those in which the chains are prepared, then those in which pixels are sampled and chains advance.
     rounds_done: u32,
     pass_time: Duration,
-    limits: SampleLimits,
+    /// Rounds and seconds, since the last round was of another kind than the next one.
+    pace: (u32, f64),
     cost: RenderCost,
     incidents: Incidents,
     shard: Shard,
-    /// The pixels to be rendered, in each row of the film: all, or those of the shard.
-    columns: Vec<Vec<Range<usize>>>,
 }
 
 impl<'a> Renderer<'a> {
     /// A render of which no pass is done.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
-        let contents = settings.film_contents();
-        let path = settings.integrator.path().copied();
-        let (center, radius) = world.bounding_sphere();
-        let guide = path
-            .is_some_and(|path| path.roulette == Roulette::Efficiency)
-            .then(|| EfficiencyGuide::new(center, radius));
-        let is_optimal =
-            path.is_some_and(|path| path.heuristic == Heuristic::Optimal && path.technique == Technique::Both);
-        let buffers = contents.buffers() as u32;
-        let samplers = (0..contents.buffers() as u64)
-            .map(|half| {
-                let config = SamplerConfig {
-                    samples_per_pixel: settings.samples_per_pixel.div_ceil(buffers),
-                    resolution: settings.resolution,
-                    seed: if half == 0 { settings.seed } else { hash(settings.seed, half, 0, 0) },
-                };
-                Sampler::new(settings.sampler, config)
-            })
-            .collect();
+        let pixels =
+            pixel_estimator(&settings.integrator).map(|estimator| PixelRounds::new(estimator, world, camera, settings));
+        let chains: Option<Box<dyn Chains + 'a>> = match &settings.integrator {
+            Integrator::PrimarySpace(options) => {
+                Some(Box::new(ChainRounds::new(PrimarySpace::new(world, camera, settings, *options), settings)))
+            }
+            _ => None,
+        };
         Self {
-            world,
-            camera,
             settings,
-            samplers,
-            film: Film::new(contents, settings.bounds),
-            optimal: vec![
-                optimal::estimator();
-                if is_optimal { settings.bounds.area() * contents.buffers() } else { 0 }
-            ],
-            pixel_records: vec![PixelRecord::default(); if guide.is_some() { settings.bounds.area() } else { 0 }],
-            guide,
+            film: Film::new(settings.film_contents(), settings.bounds),
+            pixels,
+            chains,
             rounds_done: 0,
             pass_time: PASS_TIME,
-            limits: SampleLimits::new(settings.adaptive, settings.sample_limit.div_ceil(buffers)),
+            pace: (0, 0.0),
             cost: RenderCost::default(),
             incidents: Incidents::default(),
             shard: Shard::WHOLE,
-            columns: columns(Shard::WHOLE, settings.bounds),
         }
     }
 
-    /// Lets only a part of the frame be rendered. Roulette by efficiency wants to learn from all of it, and would learn
-    /// something else from a part.
+    /// Lets only a part of the work be done: the pixels of some tiles, and some of the chains. To be said before the first pass.
+    /// Roulette by efficiency wants to learn from all of the frame, and would learn something else from a part.
     pub fn set_shard(&mut self, shard: Shard) {
         self.shard = shard;
-        self.columns = columns(shard, self.film.bounds());
+        if let Some(pixels) = &mut self.pixels {
+            pixels.set_shard(shard);
+        }
+        if let Some(chains) = &mut self.chains {
+            chains.set_shard(shard);
+        }
     }
 
     /// How long passes should take, as far as their samples let them.
@@ -165,9 +120,11 @@ impl<'a> Renderer<'a> {
         self.film
     }
 
-    /// Samples per pixel done, of the pixels that have got most.
+    /// Samples per pixel done, of the pixels that have got most; mutations per pixel where chains make the picture.
     pub fn samples_done(&self) -> u32 {
-        self.rounds_done.saturating_mul(self.samplers.len() as u32).min(self.settings.sample_limit)
+        let halves = self.film.contents().buffers() as u32;
+        let rounds = self.rounds_done.saturating_sub(self.preparation());
+        rounds.saturating_mul(halves).min(self.settings.sample_limit)
     }
 
     /// What it has cost so far.
@@ -175,27 +132,58 @@ impl<'a> Renderer<'a> {
         &self.cost
     }
 
-    /// True when all samples are done.
-    pub fn is_finished(&self) -> bool {
-        self.rounds_done >= self.limits.rounds()
+    /// What is known of the Markov chains, where there are any.
+    pub fn chains(&self) -> Option<ChainReport> {
+        self.chains.as_ref().map(|chains| chains.report())
     }
 
-    /// The share of the samples that are to be done which is done.
+    /// Are the Markov chains still being prepared? Their first states are looked for, and what they are scaled by.
+    pub fn is_preparing(&self) -> bool {
+        self.rounds_done < self.preparation()
+    }
+
+    /// True when all samples are done.
+    pub fn is_finished(&self) -> bool {
+        self.rounds_done >= self.rounds()
+    }
+
+    /// The share of the samples that are to be done which is done; while chains are being prepared, the share of that.
     pub fn progress(&self) -> f64 {
-        self.limits.progress(self.rounds_done)
+        let preparation = self.preparation();
+        if self.is_preparing() {
+            return f64::from(self.rounds_done) / f64::from(preparation);
+        }
+        let done = self.rounds_done - preparation;
+        match &self.pixels {
+            Some(pixels) => pixels.limits.progress(done),
+            None => f64::from(done) / f64::from((self.rounds() - preparation).max(1)),
+        }
+    }
+
+    /// Rounds in which chains are prepared.
+    fn preparation(&self) -> u32 {
+        self.chains.as_ref().map_or(0, |chains| chains.preparation_rounds())
+    }
+
+    /// All rounds, as far as it is known how many there are.
+    fn rounds(&self) -> u32 {
+        let of_chains = if self.chains.is_some() { self.settings.sample_limit } else { 0 };
+        let of_pixels = self.pixels.as_ref().map_or(0, |pixels| pixels.limits.rounds());
+        self.preparation().saturating_add(of_chains.max(of_pixels))
     }
 
     /// How many rounds the next pass should have, for it to take a moment. A round gives every pixel that is still sampled
-    /// one sample, or one in each of its halves.
+    /// one sample, or one in each of its halves; or one mutation, on average. Before that, rounds prepare the chains.
     pub fn next_pass(&self) -> u32 {
         let left = self.rounds_until_decision();
-        if self.rounds_done == 0 || self.cost.seconds <= 0.0 {
+        let (rounds, seconds) = self.pace;
+        if rounds == 0 || seconds <= 0.0 {
             return left.min(1);
         }
-        let per_round = self.cost.seconds / f64::from(self.rounds_done);
+        let per_round = seconds / f64::from(rounds);
         let fitting = (self.pass_time.as_secs_f64() / per_round).clamp(1.0, 65536.0) as u32;
         // Doubling at most: the first passes measure too little to be trusted far ahead.
-        left.min(fitting).min(self.rounds_done.saturating_mul(2))
+        left.min(fitting).min(rounds.saturating_mul(2))
     }
 
     /// Does the next `rounds` rounds.
@@ -209,85 +197,58 @@ impl<'a> Renderer<'a> {
 
     /// How many rounds may follow before something is decided or learned from all that is known by then.
     fn rounds_until_decision(&self) -> u32 {
-        let of_limits = self.limits.rounds_until_decision(self.rounds_done);
-        self.guide.as_ref().map_or(of_limits, |guide| of_limits.min(guide.epoch_end().saturating_sub(self.rounds_done)))
+        let preparation = self.preparation();
+        if self.is_preparing() {
+            return preparation - self.rounds_done;
+        }
+        let left = self.rounds() - self.rounds_done;
+        self.pixels.as_ref().map_or(left, |pixels| pixels.rounds_until_decision(self.rounds_done - preparation))
     }
 
     fn pass_between_decisions(&mut self, rounds: u32) {
         let start = Instant::now();
-        let range = self.rounds_done..self.rounds_done + rounds;
-        let bounds = self.film.bounds();
-        let Some(path) = self.settings.integrator.path() else { return };
-        let task = PixelSampler::new(path, self.world, self.camera, self.settings, &self.samplers);
-        let limits = &self.limits;
-        let width = bounds.width() as usize * task.halves();
-        let mut estimators = self.optimal.chunks_exact_mut(width.max(1));
-        let mut records = self.pixel_records.chunks_exact_mut((bounds.width() as usize).max(1));
-        let rows: Vec<_> = self
-            .film
-            .rows_mut()
-            .into_iter()
-            .map(|pixels| (pixels, estimators.next().unwrap_or_default(), records.next().unwrap_or_default()))
-            .collect();
-        let guide = self.guide.as_ref();
-        let columns = &self.columns;
-        let done: Vec<(RenderCost, Incidents, Findings)> = rows
-            .into_par_iter()
-            .enumerate()
-            .map(|(row, (mut pixels, estimators, records))| {
-                let (mut cost, mut incidents) = (RenderCost::default(), Incidents::default());
-                let mut findings = Findings::default();
-                for column in columns[row].iter().cloned().flatten() {
-                    let pixel = [bounds.x0 + column as u32, bounds.y0 + row as u32];
-                    let number = row * bounds.width() as usize + column;
-                    for half in 0..task.halves() {
-                        for sample in range.start..range.end.min(limits.of(number, half)) {
-                            let optimal = estimators.get_mut(column * task.halves() + half);
-                            let ledger = guide
-                                .zip(records.get_mut(column))
-                                .map(|(g, record)| Ledger::new(g, record, &mut findings));
-                            let went = catch_unwind(AssertUnwindSafe(|| {
-                                task.sample(pixel, half, sample, &mut pixels, column, optimal, ledger, &mut cost)
-                            }));
-                            let failure = match went {
-                                Ok(true) => continue,
-                                Ok(false) => Failure::NotFinite,
-                                // One sample lost is better than all: it is reported, and counts as black.
-                                Err(payload) => {
-                                    pixels.add(column, half, [f32::NAN; 3], 1.0);
-                                    Failure::Panic(panic_message(&*payload))
-                                }
-                            };
-                            incidents.push(Incident { pixel, half: half as u32, sample, failure });
-                        }
-                    }
-                }
-                (cost, incidents, findings)
-            })
-            .collect();
-        for (cost, incidents, findings) in done {
-            if let Some(guide) = &mut self.guide {
-                guide.take(&findings);
+        let preparation = self.preparation();
+        let is_preparing = self.is_preparing();
+        let Self { film, cost, incidents, .. } = self;
+        let mut end = self.rounds_done + rounds;
+        if is_preparing {
+            if let Some(chains) = &mut self.chains {
+                chains.prepare(self.rounds_done..end, film, cost, incidents);
             }
-            self.cost.add(&cost);
-            self.incidents.merge(incidents);
+        } else {
+            let range = self.rounds_done - preparation..end - preparation;
+            if let Some(pixels) = &mut self.pixels {
+                pixels.pass(range.clone(), film, cost, incidents);
+            }
+            if let Some(chains) = &mut self.chains {
+                chains.advance(range, film, cost, incidents);
+            }
         }
-        self.rounds_done = range.end;
-        self.limits.decide(self.rounds_done, &self.film);
-        if let Some(guide) = &mut self.guide
-            && self.rounds_done >= guide.epoch_end()
-        {
-            guide.learn(self.rounds_done, &mut self.pixel_records, bounds.width() as usize);
+        if !self.is_preparing_after(end) && self.pixels.is_none() && self.chains.as_ref().is_some_and(|c| c.is_dark()) {
+            // All rounds that are left would be of nothing.
+            end = self.rounds();
         }
-        self.cost.seconds += start.elapsed().as_secs_f64();
+        let seconds = start.elapsed().as_secs_f64();
+        self.rounds_done = end;
+        self.cost.seconds += seconds;
+        self.pace = if is_preparing != self.is_preparing() {
+            (0, 0.0)
+        } else {
+            (self.pace.0.saturating_add(rounds), self.pace.1 + seconds)
+        };
+    }
+
+    fn is_preparing_after(&self, rounds: u32) -> bool {
+        rounds < self.preparation()
     }
 
     /// Traces one sample of a half of a pixel of the frame for an observer, and leaves the film alone. Returns its colour. `None`
-    /// if there is no such half. (Roulette by efficiency is that by throughput here.)
+    /// if there is no such half, or the integrator is no path tracer. (Roulette by efficiency is that by throughput here.)
     pub fn trace(&self, pixel: [u32; 2], half: u32, sample: u32, observer: &mut impl PathObserver) -> Option<[f32; 3]> {
-        let path = self.settings.integrator.path()?;
-        let task = PixelSampler::new(path, self.world, self.camera, self.settings, &self.samplers);
-        ((half as usize) < task.halves()).then(|| task.trace(pixel, half as usize, sample, observer))
+        self.settings.integrator.path()?;
+        let pixels = self.pixels.as_ref()?;
+        let is_there = (half as usize) < pixels.samplers.len();
+        is_there.then(|| pixels.path_sampler()?.trace(pixel, half as usize, sample, observer).into()).flatten()
     }
 
     /// Renders all passes that are left.
@@ -299,19 +260,25 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The pixels of a shard in each row of the film.
-fn columns(shard: Shard, bounds: PixelBounds) -> Vec<Vec<Range<usize>>> {
-    let width = bounds.width() as usize;
-    let mut rows = vec![Vec::new(); bounds.height() as usize];
-    for run in shard.runs(bounds) {
-        let mut start = run.start;
-        // A run may go on in the next row.
-        while start < run.end {
-            let row = start / width;
-            let end = run.end.min((row + 1) * width);
-            rows[row].push(start - row * width..end - row * width);
-            start = end;
+/// Who samples pixels, where anyone does.
+fn pixel_estimator<'a>(integrator: &Integrator) -> Option<Estimator<'a>> {
+    match integrator {
+        Integrator::Path(path) => Some(Estimator::Path(*path)),
+        Integrator::Light(_) | Integrator::Bidirectional(_) => None,
+        Integrator::PrimarySpace(_) | Integrator::Multiplexed(_) | Integrator::PathSpace(_) => {
+            let is_separate = integrator.metropolis().is_some_and(|m| m.direct_light == DirectLight::Separate);
+            is_separate.then(|| Estimator::Path(direct_light(integrator.max_depth())))
         }
     }
-    rows
+}
+
+/// A path tracer of what has scattered at most once.
+fn direct_light(max_depth: u32) -> PathIntegrator {
+    PathIntegrator {
+        max_depth: max_depth.min(DirectLight::Separate.min_depth() - 1),
+        heuristic: Heuristic::Power(2.0),
+        technique: Technique::Both,
+        roulette: Roulette::None,
+        regularize: false,
+    }
 }

@@ -3,6 +3,7 @@
 use super::adaptive::SampleLimits;
 use super::incident::Incidents;
 use super::optimal::OptimalDirect;
+use super::pixels::PixelRounds;
 use super::shard::Shard;
 use super::{RenderCost, Renderer};
 use crate::film::{Film, FilmContents, PixelBounds};
@@ -15,8 +16,10 @@ use std::ops::Range;
 pub struct PartHeader {
     /// Which part of the frame it is.
     pub shard: Shard,
-    /// Rounds done: samples per pixel, or per half of each pixel.
+    /// Rounds done: samples per pixel, or per half of each pixel; before those, rounds in which chains are prepared.
     pub rounds_done: u32,
+    /// Samples, or mutations, per pixel, of the pixels that have got most.
+    pub samples_done: u32,
     /// Is it done?
     pub is_finished: bool,
     /// What it has cost.
@@ -41,10 +44,14 @@ enum Section {
     Records,
     /// What roulette by efficiency knows of the scene.
     Guide,
+    /// Splats, of the whole frame.
+    Splats,
+    /// Markov chains, and what they begin from.
+    Chains,
 }
 
 impl Section {
-    const COUNT: usize = 5;
+    const COUNT: usize = 7;
 }
 
 /// A render, or a part of it, at rest.
@@ -92,13 +99,19 @@ impl Part {
         if Film::bytes_of(contents, pixels) == Some(bytes) { Ok(runs) } else { Err(PartError) }
     }
 
-    /// Copies the pixels into a film of the whole frame.
+    /// Copies the pixels into a film of the whole frame, and adds the splats.
     ///
     /// # Errors
-    /// If they are not the pixels of such a film.
+    /// If they are not those of such a film. What is in it then means nothing.
     pub fn fill(&self, film: &mut Film) -> Result<(), PartError> {
         let runs = self.runs(film.contents(), film.bounds())?;
-        film.read_runs(&runs, self.section(Section::Film)?).ok_or(PartError)
+        film.read_runs(&runs, self.section(Section::Film)?).ok_or(PartError)?;
+        let splats = self.section(Section::Splats)?;
+        match film.splats_mut() {
+            Some(sums) => sums.add_written(splats).ok_or(PartError),
+            None if splats.is_empty() => Ok(()),
+            None => Err(PartError),
+        }
     }
 
     /// The film of a frame, as far as the parts have it.
@@ -127,25 +140,37 @@ impl Renderer<'_> {
             sections[section as usize] = data.len() as u64 - before;
         };
         end_section(Section::Film, &data);
-        let (limits, decided) = self.limits.saved();
+        let nothing = SampleLimits::new(None, 0);
+        let (limits, decided) = self.pixels.as_ref().map_or(&nothing, |pixels| &pixels.limits).saved();
         data.extend_from_slice(bytemuck::cast_slice(decided));
         end_section(Section::Limits, &data);
-        let halves = self.samplers.len();
-        if !self.optimal.is_empty() {
-            for run in &runs {
-                write_values(&self.optimal[run.start * halves..run.end * halves], &mut data);
+        if let Some(pixels) = &self.pixels {
+            let halves = pixels.samplers.len();
+            if !pixels.optimal.is_empty() {
+                for run in &runs {
+                    write_values(&pixels.optimal[run.start * halves..run.end * halves], &mut data);
+                }
             }
         }
         end_section(Section::Optimal, &data);
-        data.extend_from_slice(bytemuck::cast_slice(&self.pixel_records));
+        data.extend_from_slice(bytemuck::cast_slice(self.pixels.as_ref().map_or(&[][..], |p| &p.pixel_records)));
         end_section(Section::Records, &data);
-        if let Some(guide) = &self.guide {
+        if let Some(guide) = self.pixels.as_ref().and_then(|pixels| pixels.guide.as_ref()) {
             write_values(&[guide.save()], &mut data);
         }
         end_section(Section::Guide, &data);
+        if let Some(splats) = self.film.splats() {
+            splats.write(&mut data);
+        }
+        end_section(Section::Splats, &data);
+        if let Some(chains) = &self.chains {
+            data.extend(chains.save());
+        }
+        end_section(Section::Chains, &data);
         let header = PartHeader {
             shard: self.shard,
             rounds_done: self.rounds_done,
+            samples_done: self.samples_done(),
             is_finished: self.is_finished(),
             cost: self.cost,
             incidents: self.incidents.clone(),
@@ -158,17 +183,55 @@ impl Renderer<'_> {
     /// Goes on from where a part was left. The render must be of the same scene and settings, and none of its passes done.
     ///
     /// # Errors
-    /// If the part is none of such a render.
+    /// If the part is none of such a render; this one is then of no use any more.
     pub fn restore(&mut self, part: &Part) -> Result<(), PartError> {
         let PartHeader { shard, rounds_done, cost, incidents, limits, .. } = part.header.clone();
+        let area = self.film.bounds().area();
         let runs = part.runs(self.film.contents(), self.film.bounds())?;
+        let sampled = match &self.pixels {
+            Some(pixels) => Some(pixels.restored(part, limits, &runs, area, rounds_done)?),
+            None => None,
+        };
+        self.set_shard(shard);
+        let saved = part.section(Section::Chains)?;
+        match &mut self.chains {
+            Some(chains) => chains.restore(saved, rounds_done).ok_or(PartError)?,
+            None if saved.is_empty() => {}
+            None => return Err(PartError),
+        }
+        part.fill(&mut self.film)?;
+        (self.rounds_done, self.cost, self.incidents) = (rounds_done, cost, incidents);
+        // The pace of preparation says nothing of that of chains.
+        self.pace = if self.chains.is_some() { (0, 0.0) } else { (rounds_done, cost.seconds) };
+        if let (Some(pixels), Some(sampled)) = (&mut self.pixels, sampled) {
+            (pixels.limits, pixels.optimal, pixels.guide, pixels.pixel_records) = sampled;
+            // For other numbers of samples pilots may be shorter, and this one done by now.
+            pixels.limits.decide(self.rounds_done, &self.film);
+        }
+        Ok(())
+    }
+}
+
+/// What samples of pixels have decided and learned.
+type Learned = (SampleLimits, Vec<OptimalDirect>, Option<EfficiencyGuide>, Vec<PixelRecord>);
+
+impl PixelRounds<'_> {
+    /// What a part has decided and learned by some round, of a film of so many pixels.
+    fn restored(
+        &self,
+        part: &Part,
+        limits: SampleLimits,
+        runs: &[Range<usize>],
+        area: usize,
+        rounds_done: u32,
+    ) -> Result<Learned, PartError> {
         let decided = part.section(Section::Limits)?;
-        let limits = self.limits.restored(limits, decided, self.film.bounds().area()).ok_or(PartError)?;
+        let limits = self.limits.restored(limits, decided, area).ok_or(PartError)?;
         let mut optimal = self.optimal.clone();
         let mut values = part.section(Section::Optimal)?;
         if !optimal.is_empty() {
             let halves = self.samplers.len();
-            for run in &runs {
+            for run in runs {
                 for estimator in &mut optimal[run.start * halves..run.end * halves] {
                     *estimator = read_value::<OptimalDirect>(&mut values).ok_or(PartError)?;
                 }
@@ -189,18 +252,7 @@ impl Renderer<'_> {
             }
             None => None,
         };
-        if !saved.is_empty() {
-            return Err(PartError);
-        }
-        // The last that can fail, and does so before anything is changed.
-        self.film.read_runs(&runs, part.section(Section::Film)?).ok_or(PartError)?;
-        (self.limits, self.optimal, self.guide) = (limits, optimal, guide);
-        (self.pixel_records, self.rounds_done, self.cost, self.incidents) =
-            (pixel_records, rounds_done, cost, incidents);
-        self.set_shard(shard);
-        // For other numbers of samples pilots may be shorter, and this one done by now.
-        self.limits.decide(self.rounds_done, &self.film);
-        Ok(())
+        if saved.is_empty() { Ok((limits, optimal, guide, pixel_records)) } else { Err(PartError) }
     }
 }
 

@@ -1,10 +1,11 @@
 //! One sample of one pixel.
 
-use super::RenderCost;
 use super::optimal::{DirectAttempts, OptimalDirect, technique_index};
+use super::pixels::RowResult;
+use super::splatting::{Spread, limited};
 use crate::camera::{Camera, RayDifferentials};
-use crate::film::{Features, FilmContents, FilmRow, FilterSample, LayerSample, TechniqueShares};
-use crate::integrator::efficiency::Ledger;
+use crate::film::{Features, FilmContents, FilmRow, FilterSample, LayerSample, SplatSums, TechniqueShares};
+use crate::integrator::efficiency::{EfficiencyGuide, Ledger, PixelRecord};
 use crate::integrator::{
     FoundBy, PathCost, PathEvent, PathIntegrator, PathObserver, PathTracer, Technique, Unwatched, Vertex,
 };
@@ -25,15 +26,49 @@ struct Start<'a> {
     differentials: Option<RayDifferentials>,
 }
 
-/// Draws samples of pixels.
-pub(super) struct PixelSampler<'a> {
+/// Which sample of which pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// In the frame.
+    pub pixel: [u32; 2],
+    /// Which half of the pixel.
+    pub half: usize,
+    /// The number of the sample.
+    pub sample: u32,
+    /// The pixel's column in the film.
+    pub column: usize,
+}
+
+/// What one thread works on: a row of the film, with what its pixels have learned.
+pub(super) struct Row<'a> {
+    pub film: FilmRow<'a>,
+    /// Of the whole film.
+    #[cfg_attr(not(test), allow(dead_code))]
+    pub splats: Option<&'a SplatSums>,
+    pub optimal: &'a mut [OptimalDirect],
+    pub records: &'a mut [PixelRecord],
+    pub guide: Option<&'a EfficiencyGuide>,
+    /// Memory for splats.
+    #[cfg_attr(not(test), allow(dead_code))]
+    pub spread: Spread,
+    pub result: RowResult,
+}
+
+/// Who draws samples of pixels.
+pub(super) trait PixelSampler: Sync {
+    /// Adds a sample to its pixel in the row. Returns whether it is finite.
+    fn sample(&self, place: Place, row: &mut Row<'_>) -> bool;
+}
+
+/// Draws samples of pixels by path tracing.
+pub(super) struct PathSampler<'a> {
     tracer: PathTracer<'a>,
     settings: &'a Settings,
     samplers: &'a [Sampler],
     contents: FilmContents,
 }
 
-impl<'a> PixelSampler<'a> {
+impl<'a> PathSampler<'a> {
     pub fn new(
         path: &'a PathIntegrator,
         world: &'a World,
@@ -70,24 +105,15 @@ impl<'a> PixelSampler<'a> {
         let radiance = self.tracer.radiance(ray, differentials, &mut wavelengths, &mut samples, observer, None, cost);
         self.settings.sensor.to_output_rgb(radiance, &wavelengths)
     }
+}
 
-    /// How many halves pixels have: one or two.
-    pub fn halves(&self) -> usize {
-        self.samplers.len()
-    }
-
-    /// Adds sample `index` of a half of `pixel`, a place in the frame, to `column` of a row. Returns whether it is finite.
-    pub fn sample(
-        &self,
-        pixel: [u32; 2],
-        half: usize,
-        index: u32,
-        row: &mut FilmRow<'_>,
-        column: usize,
-        optimal: Option<&mut OptimalDirect>,
-        ledger: Option<Ledger<'_>>,
-        cost: &mut RenderCost,
-    ) -> bool {
+impl PixelSampler for PathSampler<'_> {
+    fn sample(&self, place: Place, row: &mut Row<'_>) -> bool {
+        let Place { pixel, half, sample: index, column } = place;
+        let Row { film, optimal, records, guide, result, .. } = row;
+        let optimal = optimal.get_mut(column * self.samplers.len() + half);
+        let ledger = guide.zip(records.get_mut(column)).map(|(g, record)| Ledger::new(g, record, &mut result.findings));
+        let cost = &mut result.cost;
         let settings = self.settings;
         let Start { mut samples, mut wavelengths, filtered, ray, differentials } = self.start(pixel, half, index);
         let differentials = differentials.as_ref();
@@ -110,7 +136,7 @@ impl<'a> PixelSampler<'a> {
                 &mut path_cost,
             );
             if !self.contents.layers.is_empty() {
-                row.add_layers(column, &observer.layers(&wavelengths), filtered.sign);
+                film.add_layers(column, &observer.layers(&wavelengths), filtered.sign);
             }
             if let (Some(attempts), Some(optimal)) = (observer.attempts, optimal) {
                 direct = attempts.end_round(optimal, |f| settings.sensor.to_output_rgb(f, &wavelengths));
@@ -123,11 +149,8 @@ impl<'a> PixelSampler<'a> {
 
         let mut rgb = settings.sensor.to_output_rgb(radiance, &wavelengths);
         rgb.iter_mut().zip(direct).for_each(|(sum, direct)| *sum += direct);
-        let largest = rgb.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        if largest > settings.max_component {
-            rgb = rgb.map(|v| v * (settings.max_component / largest));
-        }
-        row.add(column, half, rgb, filtered.sign)
+        let rgb = limited(rgb, settings.max_component);
+        film.add(column, half, rgb, filtered.sign)
     }
 }
 

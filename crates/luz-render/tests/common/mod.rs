@@ -7,6 +7,7 @@ pub mod ways;
 
 use luz_geometry::SimdLevel;
 use luz_render::film::{Film, Filter};
+use luz_render::integrator::PathIntegrator;
 use luz_render::world::{Loaded, build};
 use luz_render::{Overrides, Renderer};
 use luz_scene::{Description, Diagnostics};
@@ -24,6 +25,11 @@ pub fn load_description(description: &Description, overrides: &Overrides) -> Loa
     let mut diagnostics = Diagnostics::default();
     build(description, overrides, SimdLevel::Auto, &mut diagnostics)
         .unwrap_or_else(|| panic!("{}", diagnostics.render(&description.sources)))
+}
+
+/// The settings of path tracing; panics where something else renders.
+pub fn path(loaded: &mut Loaded) -> &mut PathIntegrator {
+    loaded.settings.integrator.path_mut().expect("path tracing renders it")
 }
 
 /// All samples of a world.

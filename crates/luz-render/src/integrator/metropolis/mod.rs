@@ -4,10 +4,13 @@
 //! picture together; a kind is a [`ChainProcess`].
 
 mod importance;
+mod primary_space;
 mod settings;
 mod statistics;
 
 pub use importance::Importance;
+pub(crate) use importance::cell_at;
+pub use primary_space::{PrimarySpace, PrimaryState};
 pub use settings::{
     DirectLight, Metropolis, MultiplexedIntegrator, MutationProbabilities, PathSpaceIntegrator, PerturbationRanges,
     PrimaryEstimator, PrimarySpaceIntegrator,
@@ -16,6 +19,16 @@ pub use statistics::{MutationRecord, MutationStatistics};
 
 use crate::render::RenderCost;
 use glam::Vec2;
+
+/// The magnitude of a contribution, which target densities are in proportion to: the mean magnitude of its components in the film's
+/// RGB.
+///
+/// Not its luminance, as in the literature: paths of few wavelengths at the ends of the visible have hardly any, but much red or
+/// blue, and the weight of such a state, `F / f`, would be without bounds. By this one a component is at most 3.
+#[inline]
+pub fn scalar_contribution(rgb: [f32; 3]) -> f64 {
+    rgb.iter().map(|v| f64::from(v.abs())).sum::<f64>() / 3.0
+}
 
 /// What all chains of a process share once they begin.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +42,7 @@ pub struct ChainContext<'a> {
 /// A kind of Metropolis light transport: how states are first found, and how they move.
 ///
 /// With the contribution `F(x)` of a path to the film position `film(x)`, a density in px², the *target density* is
-/// `f(x) = luminance(F(x)) / importance(film(x))` over all paths of any film position within the
+/// `f(x) = |F(x)| / importance(film(x))`, with [`scalar_contribution`] for the magnitude, over all paths of any film position within the
 /// [`film window`](crate::Settings::film_window), which is wider than the frame by the pixel filter; its integral is `b`. The
 /// engine scales: a pixel's value is `b` times the mean over all mutations of what is splatted, so that a state is splatted as
 /// `F(x) / f(x)` times its weight, which is of the order of one. (Weights that have `b` in them, as
