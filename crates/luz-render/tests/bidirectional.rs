@@ -20,7 +20,7 @@ use glam::Vec2;
 fn film_mean(loaded: &Loaded, settings: &BidirectionalIntegrator, samples: u32, seed: u64) -> [Running; 3] {
     let Loaded { world, camera, settings: scene, .. } = loaded;
     let window = scene.film_window();
-    let tracer = BidirectionalTracer { settings, world, camera, window };
+    let tracer = BidirectionalTracer { settings: *settings, world, camera, window };
     let mut sums = [Running::default(); 3];
     let mut all = Vec::new();
     for y in scene.bounds.y0..scene.bounds.y1 {

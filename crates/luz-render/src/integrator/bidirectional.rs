@@ -32,7 +32,7 @@ const ROULETTE_VERTICES: usize = 5;
 #[derive(Clone, Copy, Debug)]
 pub struct BidirectionalTracer<'a> {
     /// How paths are made.
-    pub settings: &'a BidirectionalIntegrator,
+    pub settings: BidirectionalIntegrator,
     /// What they meet.
     pub world: &'a World,
     /// Where they end.
@@ -144,6 +144,11 @@ impl<'w> Found<'_, 'w> {
         let (light, s) = self.light;
         let last = self.x0.or_else(|| light.vertex(s.checked_sub(1)?))?;
         space.film(self.eye.0.vertex(0)?, last)
+    }
+
+    /// How many vertices the path has.
+    pub fn vertices(&self) -> usize {
+        self.light.1 + self.eye.1
     }
 
     /// Does the path scatter each wavelength elsewhere?

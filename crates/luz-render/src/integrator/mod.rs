@@ -1,6 +1,6 @@
 //! Integrators: from a camera ray to the radiance that arrives along it.
 
-mod bidirectional;
+pub(crate) mod bidirectional;
 pub mod efficiency;
 mod estimator;
 mod kind;

@@ -2,12 +2,12 @@
 
 use crate::camera::Camera;
 use crate::film::FilmWindow;
-use crate::integrator::metropolis::Importance;
+use crate::integrator::metropolis::{Importance, scalar_contribution};
 use crate::light::{EmittingPoint, LightEnd, Place};
 use crate::transport::{Bounce, Path, SceneSpace, SceneVertex, SpecularKind};
 use crate::world::World;
 use glam::{Vec2, Vec3};
-use luz_color::{Sensor, Wavelengths};
+use luz_color::{SampledSpectrum, Sensor, Wavelengths};
 use luz_sample::markov::Log;
 use serde::{Deserialize, Serialize};
 
@@ -39,12 +39,6 @@ pub struct Measure<'a> {
     pub sensor: &'a Sensor,
 }
 
-/// What a colour counts: the mean of its channels' magnitudes, which is zero for black alone. (Luminance is not: colours outside of
-/// the film's gamut would be rare and glaring.)
-pub fn magnitude(rgb: [f32; 3]) -> f64 {
-    rgb.iter().map(|v| f64::from(v.abs())).sum::<f64>() / 3.0
-}
-
 impl<'a> Measure<'a> {
     /// The paths at the wavelengths and the moment that two numbers name.
     pub fn space(&self, colour_u: f32, time_u: f32) -> SceneSpace<'a> {
@@ -53,7 +47,7 @@ impl<'a> Measure<'a> {
     }
 
     /// The colour of light of a path, given whether it scatters each wavelength elsewhere.
-    pub fn rgb(&self, value: luz_color::SampledSpectrum, mut wavelengths: Wavelengths, disperses: bool) -> [f32; 3] {
+    pub fn rgb(&self, value: SampledSpectrum, mut wavelengths: Wavelengths, disperses: bool) -> [f32; 3] {
         if disperses {
             wavelengths.terminate_secondary();
         }
@@ -69,7 +63,7 @@ impl<'a> Measure<'a> {
         let contribution = state.path.contribution();
         let disperses = nodes.iter().any(|node| node.vertex.surface().is_some_and(|surface| surface.disperses));
         let rgb = self.rgb(contribution.spectrum, *space.wavelengths(), disperses);
-        let magnitude = magnitude(rgb);
+        let magnitude = scalar_contribution(rgb);
         if !(magnitude > 0.0 && magnitude.is_finite()) {
             return NOTHING;
         }
@@ -95,6 +89,8 @@ enum SavedVertex {
 pub struct SavedState {
     colour_u: f32,
     time_u: f32,
+    film: [f32; 2],
+    rgb: [f32; 3],
     vertices: Vec<(SavedVertex, Option<SpecularKind>)>,
 }
 
@@ -129,18 +125,19 @@ impl<'a> State<'a> {
             Bounce::Specular(kind) => Some(kind),
         };
         let vertices = self.path.nodes().iter().map(|node| (save(&node.vertex), kind(node.bounce))).collect();
-        SavedState { colour_u: self.colour_u, time_u: self.time_u, vertices }
+        let Self { colour_u, time_u, film, rgb, .. } = *self;
+        SavedState { colour_u, time_u, film: film.to_array(), rgb, vertices }
     }
 
     /// The state that was saved; `None` if it is none of this scene.
-    pub fn restore(saved: &SavedState, measure: &Measure<'a>, importance: &Importance) -> Option<Self> {
-        let SavedState { colour_u, time_u, ref vertices } = *saved;
+    pub fn restore(saved: &SavedState, measure: &Measure<'a>) -> Option<Self> {
+        let SavedState { colour_u, time_u, film, rgb, ref vertices } = *saved;
         let space = measure.space(colour_u, time_u);
         let lights = measure.world.lights().len();
         let end = |light: u32, place, is_delta| {
             ((light as usize) < lights).then_some(SceneVertex::Light(LightEnd { light, place, is_delta }))
         };
-        let mut state = Self { colour_u, time_u, ..Self::default() };
+        let mut state = Self { colour_u, time_u, film: film.into(), rgb, path: Path::default() };
         for (vertex, kind) in vertices {
             let vertex = match *vertex {
                 SavedVertex::Camera { lens_u } => space.lens(lens_u.into()),
@@ -166,7 +163,6 @@ impl<'a> State<'a> {
             state.path.push(vertex, kind.map_or(Bounce::Spread, Bounce::Specular));
         }
         state.path.evaluate(&space, 0..vertices.len());
-        let is_possible = measure.look(&space, importance, &mut state).0 > f64::NEG_INFINITY;
-        is_possible.then_some(state)
+        (vertices.len() >= 2).then_some(state)
     }
 }
