@@ -6,9 +6,7 @@ use super::incident::{Failure, Incident, Incidents, panic_message};
 use super::optimal::{self, OptimalDirect};
 use super::sample::{PathSampler, PixelSampler, Place, Row};
 use super::shard::Shard;
-#[cfg(test)]
-use super::splatting::SplattingSampler;
-use super::splatting::Spread;
+use super::splatting::{SplattingEstimator, SplattingSampler, Spread};
 use crate::camera::Camera;
 use crate::film::{Film, Footprint, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, Findings, PixelRecord};
@@ -27,19 +25,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub(super) enum Estimator<'a> {
     /// A path tracer.
     Path(PathIntegrator),
-    /// A path tracer that scatters half of what it finds over the film.
-    #[cfg(test)]
-    Scattered(super::splatting::tests::Scattered<'a>),
+    /// An estimator that splats.
+    #[cfg_attr(not(test), expect(dead_code, reason = "bidirectional path tracing is about to come"))]
+    Splatting(Box<dyn SplattingEstimator + 'a>),
 }
 
 impl Estimator<'_> {
     /// The settings of a path tracer, with all that only it can do.
     fn path(&self) -> Option<&PathIntegrator> {
-        match self {
-            Self::Path(path) => Some(path),
-            #[cfg(test)]
-            Self::Scattered(_) => None,
-        }
+        if let Self::Path(path) = self { Some(path) } else { None }
     }
 }
 
@@ -50,7 +44,6 @@ pub(super) struct PixelRounds<'a> {
     settings: &'a Settings,
     estimator: Estimator<'a>,
     /// How splats are spread.
-    #[cfg_attr(not(test), allow(dead_code))]
     footprint: Footprint,
     /// One for each half of the pixels.
     pub samplers: Vec<Sampler>,
@@ -136,9 +129,9 @@ impl<'a> PixelRounds<'a> {
                 let sampler = PathSampler::new(path, self.world, self.camera, self.settings, &self.samplers);
                 self.sample_rows(&sampler, rounds.clone(), film, &mut optimal, &mut records)
             }
-            #[cfg(test)]
-            Estimator::Scattered(scattered) => {
-                let sampler = SplattingSampler::new(scattered, self.settings, &self.samplers, &self.footprint);
+            Estimator::Splatting(estimator) => {
+                let Self { settings, samplers, footprint, .. } = &*self;
+                let sampler = SplattingSampler { estimator: &**estimator, settings, samplers, footprint };
                 self.sample_rows(&sampler, rounds.clone(), film, &mut optimal, &mut records)
             }
         };

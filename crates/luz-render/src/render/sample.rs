@@ -43,13 +43,11 @@ pub(super) struct Place {
 pub(super) struct Row<'a> {
     pub film: FilmRow<'a>,
     /// Of the whole film.
-    #[cfg_attr(not(test), allow(dead_code))]
     pub splats: Option<&'a SplatSums>,
     pub optimal: &'a mut [OptimalDirect],
     pub records: &'a mut [PixelRecord],
     pub guide: Option<&'a EfficiencyGuide>,
     /// Memory for splats.
-    #[cfg_attr(not(test), allow(dead_code))]
     pub spread: Spread,
     pub result: RowResult,
 }

@@ -1,26 +1,44 @@
 //! Samples of pixels whose light may arrive at others, too.
 
-#![cfg_attr(not(test), allow(dead_code))]
-
 use super::sample::{PixelSampler, Place, Row};
 use crate::film::{Footprint, SplatSums};
 use crate::integrator::{CameraStart, PathCost, PixelEstimator, Splat, Splats};
 use crate::settings::Settings;
 use glam::Vec2;
-use luz_color::Wavelengths;
-use luz_sample::{Sampler, Samples};
+use luz_color::{SampledSpectrum, Wavelengths};
+use luz_sample::{PixelSamples, Sampler, Samples};
 
 /// Draws samples of pixels by an estimator that splats.
-pub(super) struct SplattingSampler<'a, E> {
-    estimator: &'a E,
-    settings: &'a Settings,
-    samplers: &'a [Sampler],
-    footprint: &'a Footprint,
+pub(super) struct SplattingSampler<'a> {
+    pub estimator: &'a dyn SplattingEstimator,
+    pub settings: &'a Settings,
+    pub samplers: &'a [Sampler],
+    pub footprint: &'a Footprint,
 }
 
-impl<'a, E: PixelEstimator> SplattingSampler<'a, E> {
-    pub fn new(estimator: &'a E, settings: &'a Settings, samplers: &'a [Sampler], footprint: &'a Footprint) -> Self {
-        Self { estimator, settings, samplers, footprint }
+/// A [`PixelEstimator`] whose type is known only when the program runs.
+pub(super) trait SplattingEstimator: Send + Sync {
+    /// [`PixelEstimator::sample`].
+    fn sample(
+        &self,
+        start: &CameraStart,
+        wavelengths: &mut Wavelengths,
+        samples: &mut PixelSamples<'_>,
+        splats: &mut Splats<'_>,
+        cost: &mut PathCost,
+    ) -> SampledSpectrum;
+}
+
+impl<E: PixelEstimator + Send> SplattingEstimator for E {
+    fn sample(
+        &self,
+        start: &CameraStart,
+        wavelengths: &mut Wavelengths,
+        samples: &mut PixelSamples<'_>,
+        splats: &mut Splats<'_>,
+        cost: &mut PathCost,
+    ) -> SampledSpectrum {
+        PixelEstimator::sample(self, start, wavelengths, samples, splats, cost)
     }
 }
 
@@ -64,7 +82,7 @@ impl Spread {
     }
 }
 
-impl<E: PixelEstimator> PixelSampler for SplattingSampler<'_, E> {
+impl PixelSampler for SplattingSampler<'_> {
     fn sample(&self, place: Place, row: &mut Row<'_>) -> bool {
         let Place { pixel, half, sample, column } = place;
         let settings = self.settings;
@@ -100,7 +118,7 @@ pub(super) fn limited(rgb: [f32; 3], most: f32) -> [f32; 3] {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::film::{Film, FilmContents, FilmWindow, Filter, FilterKind, SplatContents};
@@ -111,7 +129,6 @@ pub(super) mod tests {
     use crate::render::pixels::{Estimator, PixelRounds};
     use crate::settings::Overrides;
     use crate::world::{Loaded, World, build};
-    use luz_color::SampledSpectrum;
     use luz_geometry::SimdLevel;
     use luz_sample::mis::Heuristic;
     use luz_sample::random::Random;
@@ -119,13 +136,13 @@ pub(super) mod tests {
     use luz_scene::Diagnostics;
 
     /// Returns half of the light at the film position that it is given, and splats half of that at another, drawn evenly from all.
-    pub struct Scattered<'a> {
-        pub world: &'a World,
-        pub camera: &'a Camera,
-        pub path: PathIntegrator,
-        pub window: FilmWindow,
+    struct Scattered<'a> {
+        world: &'a World,
+        camera: &'a Camera,
+        path: PathIntegrator,
+        window: FilmWindow,
         /// What splats are scaled by: 1, unless the test is to fail.
-        pub scale: f32,
+        scale: f32,
     }
 
     impl Scattered<'_> {
@@ -164,7 +181,7 @@ pub(super) mod tests {
     }
 
     const SCENE: &str = r#"
-        LookAt 0 1 5  0 0.5 0  0 1 0
+        LookAt 0 3 5  0 0 0  0 1 0
         Camera "perspective" "float fov" 40
         Film "rgb" "integer xresolution" 12 "integer yresolution" 10
         WorldBegin
@@ -196,7 +213,7 @@ pub(super) mod tests {
         let (estimator, splats) = match scale {
             Some(scale) => {
                 let window = settings.film_window();
-                (Estimator::Scattered(Scattered { world, camera, path, window, scale }), SplatContents::Paths)
+                (Estimator::Splatting(Box::new(Scattered { world, camera, path, window, scale })), SplatContents::Paths)
             }
             None => (Estimator::Path(path), SplatContents::None),
         };
@@ -214,6 +231,7 @@ pub(super) mod tests {
         let squares: Vec<f64> = a
             .estimates()
             .zip(b.estimates())
+            .filter(|(a, b)| a.variance[1] + b.variance[1] > 0.0)
             .map(|(a, b)| (a.mean[1] - b.mean[1]).powi(2) / (a.variance[1] + b.variance[1]))
             .collect();
         let n = squares.len() as f64;

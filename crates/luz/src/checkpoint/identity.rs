@@ -76,11 +76,16 @@ impl Identity {
         option("samples that the sampler is laid out for", settings.samples_per_pixel.to_string());
         option("seed", settings.seed.to_string());
         option("adaptive", settings.adaptive.map_or("no".to_owned(), |target| target.to_string()));
-        option("longest path", integrator.max_depth.to_string());
-        option("technique", integrator.technique.to_string());
-        option("combination", integrator.heuristic.to_string());
-        option("roulette", integrator.roulette.to_string());
-        option("regularize", integrator.regularize.to_string());
+        option("integrator", integrator.kind().to_string());
+        option("longest path", integrator.max_depth().to_string());
+        if let Some(path) = integrator.path() {
+            option("technique", path.technique.to_string());
+            option("combination", path.heuristic.to_string());
+            option("roulette", path.roulette.to_string());
+            option("regularize", path.regularize.to_string());
+        } else {
+            option("settings of the integrator", format!("{integrator:?}"));
+        }
         option("coats", format!("{:?}", overrides.coat_weights));
         option("light sampler", format!("{:?}", overrides.light_sampler));
         option("MIS compensation", format!("{:?}", overrides.mis_compensation));

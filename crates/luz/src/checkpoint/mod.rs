@@ -130,9 +130,7 @@ impl Checkpoint {
 
     /// The fewest and the most samples that pixels of the parts have got.
     pub fn samples(&self) -> (u32, u32) {
-        let halves = self.identity.contents.buffers() as u32;
-        let samples = |part: &Part| part.header.rounds_done.saturating_mul(halves);
-        let counts = || self.parts.iter().map(samples);
+        let counts = || self.parts.iter().map(|part| part.header.samples_done);
         (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
     }
 

@@ -5,6 +5,7 @@ use super::filtering::arguments::{
     DENOISE_HELP, DenoiseArguments, ENHANCE_HELP, EnhanceArguments, FILTER_HELP, FilterArguments, TONEMAP_HELP,
     TonemapArguments,
 };
+use super::metropolis::MetropolisArguments;
 use super::piece_values::RenderOutput;
 use super::pieces::{
     BudgetArguments, MERGE_HELP, MergeArguments, PLAN_HELP, PieceArguments, PlanArguments, TRACE_HELP, TraceArguments,
@@ -168,7 +169,8 @@ pub struct OverrideArguments {
     /// Seed of all random numbers
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Integrator
+    /// Integrator: path, light (light tracing), bdpt (bidirectional), pssmlt, mmlt, mlt (Metropolis: in primary space,
+    /// multiplexed, over paths). What pbrt-v4's scenes call mlt is mmlt here, and lightpath is light
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<IntegratorName>,
     /// Longest path, in scattering events
@@ -209,6 +211,9 @@ pub struct OverrideArguments {
     /// Weigh the insides of rough coats as pbrt-v4 does, which makes them too bright: for comparisons with its pictures
     #[arg(long)]
     pub pbrt_coats: bool,
+    /// How chains are made.
+    #[command(flatten)]
+    pub metropolis: MetropolisArguments,
 }
 
 impl OverrideArguments {
@@ -238,6 +243,10 @@ impl OverrideArguments {
         add("adaptive", self.adaptive.map(|v| text(&v.0)));
         let switches = [("--technique-images", self.technique_images), ("--pbrt-coats", self.pbrt_coats)];
         all.extend(switches.iter().filter(|(_, is_on)| *is_on).map(|(name, _)| (*name).to_owned()));
+        for (name, value) in self.metropolis.to_arguments() {
+            all.push(format!("--{name}"));
+            all.extend(value);
+        }
         all
     }
 }

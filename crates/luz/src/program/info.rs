@@ -187,7 +187,7 @@ impl<'a> Info<'a> {
             sampler: settings.map_or(&*description.sampler.kind, |s| sampler_name(s.sampler)).to_owned(),
             samples_per_pixel: settings.map(|s| s.samples_per_pixel),
             integrator: description.integrator.kind.to_string(),
-            max_depth: settings.map(|s| s.integrator.max_depth),
+            max_depth: settings.map(|s| s.integrator.max_depth()),
             pixel_filter: &description.pixel_filter.kind,
             shapes: count(all_shapes().map(|s| &*s.entity.kind)),
             triangles: outside + in_objects.iter().sum::<u64>(),

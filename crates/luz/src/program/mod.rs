@@ -8,6 +8,7 @@ mod info;
 mod interrupt;
 mod keeper;
 mod merge;
+mod metropolis;
 mod output;
 mod piece_values;
 mod pieces;

@@ -3,8 +3,9 @@
 use super::values::{film_name, sampler_name};
 use luz::Scene;
 use luz::render::film::{Film, PixelBounds};
+use luz::render::integrator::metropolis::Metropolis;
 use luz::render::world::WorldStatistics;
-use luz::render::{Incident, RenderCost, Renderer};
+use luz::render::{ChainReport, Incident, RenderCost, Renderer};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +45,8 @@ pub struct Report<'a> {
     pub rays_per_second: f64,
     /// Samples that were left out.
     pub dropped_samples: DroppedSamples,
+    /// What became of the Markov chains; null without any.
+    pub chains: Option<ChainReport>,
     /// The mean over pixels of their relative standard errors, the worst hundredth left out; null if unknown.
     pub typical_error: Option<f64>,
     /// √(Σ variance / Σ mean²) over pixels and channels; null if unknown.
@@ -71,10 +74,12 @@ pub struct SettingsReport {
     pub filter: String,
     pub integrator: &'static str,
     pub max_depth: u32,
-    /// Which techniques look for direct light, and how they are combined.
-    pub technique: String,
-    pub mis: String,
-    pub roulette: String,
+    /// Which techniques look for direct light, and how they are combined; null but for path tracing.
+    pub technique: Option<String>,
+    pub mis: Option<String>,
+    pub roulette: Option<String>,
+    /// The settings of the chains, as options; null without chains.
+    pub metropolis: Option<MetropolisReport>,
     /// The relative error at which a pixel has samples enough.
     pub adaptive: Option<f64>,
     pub sampler: &'static str,
@@ -84,6 +89,23 @@ pub struct SettingsReport {
     pub seed: u64,
     /// Were coats weighed as in pbrt-v4?
     pub pbrt_coats: bool,
+}
+
+/// What chains of every kind have in common.
+#[derive(Debug, Serialize)]
+pub struct MetropolisReport {
+    pub chains: u64,
+    pub bootstrap_samples: u64,
+    pub batches: u32,
+    pub direct_light: String,
+    pub two_stage: bool,
+}
+
+impl MetropolisReport {
+    fn new(settings: &Metropolis) -> Self {
+        let Metropolis { chains, bootstrap_samples, batches, direct_light, two_stage } = *settings;
+        Self { chains, bootstrap_samples, batches, direct_light: direct_light.to_string(), two_stage }
+    }
 }
 
 /// Wall-clock seconds.
@@ -117,6 +139,7 @@ impl<'a> Report<'a> {
         let RenderCost { paths, rays, shadow_rays, seconds } = *renderer.cost();
         let film = renderer.film();
         let settings = &scene.settings;
+        let path_tracing = settings.integrator.path();
         let (mean_rgb, standard_error) = mean_with_error(film);
         let per_second = |count: f64| if seconds > 0.0 { count / seconds } else { 0.0 };
         Self {
@@ -129,11 +152,12 @@ impl<'a> Report<'a> {
                 bounds: settings.bounds,
                 film: film_name(settings.film),
                 filter: format!("{:?}, radius {:?}", settings.filter.kind(), settings.filter.radius().to_array()),
-                integrator: "path",
-                max_depth: settings.integrator.max_depth,
-                technique: settings.integrator.technique.to_string(),
-                mis: settings.integrator.heuristic.to_string(),
-                roulette: settings.integrator.roulette.to_string(),
+                integrator: settings.integrator.kind().name(),
+                max_depth: settings.integrator.max_depth(),
+                technique: path_tracing.map(|path| path.technique.to_string()),
+                mis: path_tracing.map(|path| path.heuristic.to_string()),
+                roulette: path_tracing.map(|path| path.roulette.to_string()),
+                metropolis: settings.integrator.metropolis().map(MetropolisReport::new),
                 adaptive: settings.adaptive,
                 sampler: sampler_name(settings.sampler),
                 samples_per_pixel: settings.samples_per_pixel,
@@ -155,6 +179,7 @@ impl<'a> Report<'a> {
                 panics: renderer.incidents().panics,
                 first: renderer.incidents().first.clone(),
             },
+            chains: renderer.chains(),
             typical_error: Some(film.typical_error()).filter(|e| e.is_finite()),
             relative_error: Some(film.relative_error()).filter(|e| e.is_finite()),
             mean_rgb,

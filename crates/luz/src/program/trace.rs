@@ -41,6 +41,11 @@ pub fn trace(path: &Path, wanted: &OverrideArguments, simd: SimdLevel, place: Pl
         problems::error(&format!("the frame has {width} × {height} pixels: there is no pixel {x},{y}"));
         return Exit::Usage;
     }
+    if scene.settings.integrator.path().is_none() {
+        let kind = scene.settings.integrator.kind();
+        problems::error(&format!("`{kind}` has no samples that could be followed; `--integrator path` has"));
+        return Exit::Usage;
+    }
     let mut story = Story::default();
     let Some(rgb) = scene.renderer().trace([x, y], half, sample, &mut story) else {
         problems::error("only with --adaptive do pixels have a second half");

@@ -7,6 +7,7 @@ use luz::image::metrics::ErrorMeasure;
 use luz::image::{Format, ToneOperator};
 use luz::render::Crop;
 use luz::render::film::{FilmKind, Filter, FilterKind};
+use luz::render::integrator::IntegratorKind;
 use luz::sample::SamplerKind;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -238,21 +239,34 @@ impl From<ErrorName> for ErrorMeasure {
     }
 }
 
-/// Integrators by their names in scene files.
+/// Integrators by their names on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum IntegratorName {
     /// Path tracing with next-event estimation and multiple importance sampling
     Path,
     /// The same; there are no volumes yet
     Volpath,
+    /// Light tracing: paths from the lights, connected to the camera
+    Light,
+    /// Bidirectional path tracing
+    Bdpt,
+    /// Primary-space Metropolis light transport (Kelemen et al.)
+    Pssmlt,
+    /// Multiplexed Metropolis light transport (Hachisuka et al.), which pbrt-v4 calls mlt
+    Mmlt,
+    /// Path-space Metropolis light transport (Veach and Guibas)
+    Mlt,
 }
 
-impl IntegratorName {
-    /// The name in scene files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Volpath => "volpath",
+impl From<IntegratorName> for IntegratorKind {
+    fn from(name: IntegratorName) -> Self {
+        match name {
+            IntegratorName::Path | IntegratorName::Volpath => Self::Path,
+            IntegratorName::Light => Self::Light,
+            IntegratorName::Bdpt => Self::Bidirectional,
+            IntegratorName::Pssmlt => Self::PrimarySpace,
+            IntegratorName::Mmlt => Self::Multiplexed,
+            IntegratorName::Mlt => Self::PathSpace,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What can be varied: one table from names to setters of [`Overrides`].
 
+use crate::program::metropolis::{Mutations, Perturbations, SmallStep};
 use crate::program::values::{FilterName, IntegratorName, SamplerName, Share};
 use clap::ValueEnum;
 use luz::render::Overrides;
@@ -105,10 +106,80 @@ pub const AXES: &[AxisKind] = &[
     },
     AxisKind {
         name: "integrator",
-        values: &["path", "volpath"],
+        values: &["path", "light", "bdpt", "pssmlt", "mmlt", "mlt"],
         other: "",
         changes_world: false,
-        set: |o, v| named::<IntegratorName>(v).map(|integrator| o.integrator = Some(integrator.name().to_owned())),
+        set: |o, v| named::<IntegratorName>(v).map(|integrator| o.integrator = Some(integrator.into())),
+    },
+    AxisKind {
+        name: "chains",
+        values: &[],
+        other: "a number",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|chains| o.metropolis.chains = Some(chains)),
+    },
+    AxisKind {
+        name: "bootstrap-samples",
+        values: &[],
+        other: "a number",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|samples| o.metropolis.bootstrap_samples = Some(samples)),
+    },
+    AxisKind {
+        name: "batches",
+        values: &[],
+        other: "a number from 16",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|batches| o.metropolis.batches = Some(batches)),
+    },
+    AxisKind {
+        name: "direct-light",
+        values: &["inside", "separate"],
+        other: "",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|direct| o.metropolis.direct_light = Some(direct)),
+    },
+    AxisKind {
+        name: "two-stage",
+        values: &["off", "on"],
+        other: "",
+        changes_world: false,
+        set: |o, v| switch(v).map(|on| o.metropolis.two_stage = on),
+    },
+    AxisKind {
+        name: "chain-estimator",
+        values: &["path", "bdpt"],
+        other: "",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|estimator| o.metropolis.estimator = Some(estimator)),
+    },
+    AxisKind {
+        name: "large-step-probability",
+        values: &[],
+        other: "a probability",
+        changes_world: false,
+        set: |o, v| parsed(v).map(|probability| o.metropolis.large_step_probability = Some(probability)),
+    },
+    AxisKind {
+        name: "small-step",
+        values: &[],
+        other: "FROM:TO",
+        changes_world: false,
+        set: |o, v| parsed::<SmallStep>(v).map(|step| o.metropolis.kernel = Some(step.kernel)),
+    },
+    AxisKind {
+        name: "mutations",
+        values: &[],
+        other: "NAME:P+…",
+        changes_world: false,
+        set: |o, v| parsed::<Mutations>(v).map(|mutations| o.metropolis.mutations = Some(mutations.0)),
+    },
+    AxisKind {
+        name: "perturbations",
+        values: &[],
+        other: "NAME:VALUE+…",
+        changes_world: false,
+        set: |o, v| parsed::<Perturbations>(v).map(|ranges| o.metropolis.ranges = Some(ranges.0)),
     },
     AxisKind {
         name: "pbrt-coats",

@@ -208,7 +208,7 @@ impl Outcome {
             resolution: settings.resolution,
             bounds: settings.bounds,
             sampler: settings.sampler.to_string(),
-            max_depth: settings.integrator.max_depth,
+            max_depth: settings.integrator.max_depth(),
             samples_per_pixel: settings.samples_per_pixel,
             seed: settings.seed,
             seconds_budget: match study.budget {
