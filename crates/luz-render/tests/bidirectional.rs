@@ -4,17 +4,18 @@ mod common;
 
 use common::transport_scenes::{self, TransportScene};
 use common::{load, mean, render};
+use glam::Vec2;
 use luz_color::Wavelengths;
 use luz_render::Overrides;
 use luz_render::integrator::{
-    BidirectionalIntegrator, BidirectionalTechniques, BidirectionalTracer, CameraStart, PathCost, PixelEstimator, Splats,
+    BidirectionalIntegrator, BidirectionalTechniques, BidirectionalTracer, CameraStart, PathCost, PixelEstimator,
+    Splats,
 };
 use luz_render::world::Loaded;
+use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
 use luz_sample::random::Random;
-use luz_sample::Samples;
 use luz_sample::statistics::Running;
-use glam::Vec2;
 
 /// Means over the whole film of what samples find, with what arrives elsewhere.
 fn film_mean(loaded: &Loaded, settings: &BidirectionalIntegrator, samples: u32, seed: u64) -> [Running; 3] {
@@ -56,21 +57,42 @@ fn look() {
     let only = std::env::var("ONLY").ok();
     let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
     for TransportScene { name, text, has_specular_view } in transport_scenes::all() {
-        if only.as_deref().is_some_and(|only| only != name) { continue; }
-        let loaded = load(&text, &Overrides { samples_per_pixel: Some(spp), filter: Some(luz_render::film::Filter::unit_box()), ..Overrides::default() });
+        if only.as_deref().is_some_and(|only| only != name) {
+            continue;
+        }
+        let loaded = load(
+            &text,
+            &Overrides {
+                samples_per_pixel: Some(spp),
+                filter: Some(luz_render::film::Filter::unit_box()),
+                ..Overrides::default()
+            },
+        );
         let start = std::time::Instant::now();
         let reference = mean(&render(&loaded));
         let path_time = start.elapsed().as_secs_f64();
         let max_depth = loaded.settings.integrator.max_depth();
         print!("{name:24} path {:8.4} ±{:6.4}", reference[1].0, reference[1].1);
         for (label, techniques) in [("bdpt", BidirectionalTechniques::All), ("light", BidirectionalTechniques::Light)] {
-            if label == "light" && has_specular_view { continue; }
+            if label == "light" && has_specular_view {
+                continue;
+            }
             let settings = BidirectionalIntegrator { max_depth, techniques, heuristic: Heuristic::default() };
             let start = std::time::Instant::now();
             let found = film_mean(&loaded, &settings, spp, 3);
             let time = start.elapsed().as_secs_f64();
-            let z: Vec<f64> = (0..3).map(|c| (found[c].mean() - reference[c].0) / found[c].standard_error().hypot(reference[c].1)).collect();
-            print!("  {label} {:8.4} ±{:6.4} z {:5.1} {:5.1} {:5.1} t {:4.1}×", found[1].mean(), found[1].standard_error(), z[0], z[1], z[2], time / path_time);
+            let z: Vec<f64> = (0..3)
+                .map(|c| (found[c].mean() - reference[c].0) / found[c].standard_error().hypot(reference[c].1))
+                .collect();
+            print!(
+                "  {label} {:8.4} ±{:6.4} z {:5.1} {:5.1} {:5.1} t {:4.1}×",
+                found[1].mean(),
+                found[1].standard_error(),
+                z[0],
+                z[1],
+                z[2],
+                time / path_time
+            );
         }
         println!();
     }

@@ -3,7 +3,7 @@
 use super::path::Node;
 use super::perturbation::{PerturbationSpace, Range};
 use super::scene::{Anchor, SceneSpace, SceneVertex, cosine, direction};
-use super::space::{PathSpace, Side, SpecularKind};
+use super::space::{Side, SpecularKind};
 use crate::bsdf::TransportMode;
 use glam::{DVec3, Vec2, Vec3};
 use luz_geometry::Frame;

@@ -112,10 +112,7 @@ fn kind(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> In
         );
         IntegratorKind::Path
     });
-    if matches!(
-        kind,
-        IntegratorKind::Light | IntegratorKind::Bidirectional | IntegratorKind::Multiplexed | IntegratorKind::PathSpace
-    ) {
+    if kind == IntegratorKind::Multiplexed {
         let span = if overrides.integrator.is_none() { Some(entity.kind_span) } else { None };
         not_yet(context, span, &format!("the integrator `{kind}`"));
     }
@@ -184,7 +181,11 @@ fn refuse_what_is_for_others(context: &mut Context<'_>, kind: IntegratorKind, ov
             (overrides.adaptive.is_some(), "adaptive sampling", why_not_adaptive),
             (overrides.technique_images, "an image of each technique", TWO),
             (overrides.technique.is_some(), "a choice of techniques", TWO),
-            (overrides.heuristic.is_some(), "a choice of the heuristic", TWO),
+            (
+                overrides.heuristic.is_some() && kind != IntegratorKind::Bidirectional,
+                "a choice of the heuristic",
+                "`path` and `bdpt` weight techniques",
+            ),
             (overrides.roulette.is_some(), "a choice of roulette", "path tracing alone has it"),
         ];
         given.iter().filter(|given| given.0).for_each(|(_, what, why)| refuse(None, what, why));

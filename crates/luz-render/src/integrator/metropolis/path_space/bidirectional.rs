@@ -263,17 +263,11 @@ fn extend<P: PathSpace>(
 }
 
 impl<P: PathSpace> Mutation<P> for Bidirectional {
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         let n = x.len();
         let deleted = draw(Self::deletions(n), samples.next_1d());
-        let place = ((samples.next_1d() * Self::placements(n, deleted) as f32) as usize)
-            .min(Self::placements(n, deleted) - 1);
+        let place =
+            ((samples.next_1d() * Self::placements(n, deleted) as f32) as usize).min(Self::placements(n, deleted) - 1);
         let light = place + usize::from(deleted == 0);
         let kept = Kept { light, eye: n - deleted - light };
         let weights = self.additions(kept, deleted);
@@ -292,8 +286,8 @@ impl<P: PathSpace> Mutation<P> for Bidirectional {
         if x.len() < rest || y.len() < rest {
             return f64::NEG_INFINITY;
         }
-        let choice = Self::deletion_probability(x.len(), kept)
-            * self.addition_probability(kept, x.len() - rest, y.len() - rest);
+        let choice =
+            Self::deletion_probability(x.len(), kept) * self.addition_probability(kept, x.len() - rest, y.len() - rest);
         choice.ln() + self.ln_density_of_walks(space, y, kept)
     }
 }

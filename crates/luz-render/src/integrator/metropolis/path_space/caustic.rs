@@ -59,13 +59,7 @@ impl CausticPerturbation {
 }
 
 impl<P: PerturbationSpace> Mutation<P> for CausticPerturbation {
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         let Some(turning) = turning(x) else { return Attempt::Inapplicable };
         match self.replace(space, turning, x, y, samples) {
             Some(()) => Attempt::Proposed(Kept { light: turning + 1, eye: 1 }),

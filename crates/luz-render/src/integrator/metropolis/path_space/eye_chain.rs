@@ -2,7 +2,7 @@
 //! the same kinds as before, one or several, up to a vertex that is connected with the rest of the path.
 
 use super::mutation::{Attempt, Kept, is_connected};
-use crate::transport::{Bounce, Node, Path, PathSpace, PerturbationSpace, Range, Side, SpecularKind};
+use crate::transport::{Bounce, Node, Path, PerturbationSpace, Range, Side, SpecularKind};
 use luz_sample::Samples;
 
 /// A path's suffix, as far as such a perturbation replaces it.

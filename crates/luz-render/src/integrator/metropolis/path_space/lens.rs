@@ -23,26 +23,14 @@ impl LensPerturbation {
 }
 
 impl<P: PerturbationSpace> Mutation<P> for LensPerturbation {
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         match eye_chains(x) {
             Some(found) if found.chains == 1 => eye_chain::propose(space, self.moves(), found, x, y, samples),
             _ => Attempt::Inapplicable,
         }
     }
 
-    fn ln_density(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &Path<P::Vertex>,
-        kept: Kept,
-    ) -> f64 {
+    fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
         eye_chain::ln_density(space, self.moves(), x, y, kept)
     }
 }

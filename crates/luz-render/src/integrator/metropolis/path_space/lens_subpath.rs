@@ -26,13 +26,7 @@ fn kept_vertices<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> Option<usiz
 
 impl<P: PathSpace> Mutation<P> for LensSubpath {
     /// The first numbers drawn are the point of the lens and the place on the film.
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         let Some(light) = kept_vertices(space, x) else { return Attempt::Inapplicable };
         let kept = Kept { light, eye: 0 };
         let Some(eye) = space.begin(Side::Eye, samples) else { return Attempt::Failed };

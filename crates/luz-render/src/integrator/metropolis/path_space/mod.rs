@@ -345,14 +345,13 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         let mut random = Random::new(hash(self.seed, CHOICE_STREAM, 0, 0), chain, candidate);
         let mut path: Path<SceneVertex<'a>> = Path::default();
         let mut sum = 0.0;
-        let (colour_u, time_u) =
-            self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
-                // Each path so far has been kept with a probability in proportion to its weight.
-                sum += weight;
-                if random.next_f64() * sum < weight {
-                    path.join(found.light, found.eye, found.x0);
-                }
-            });
+        let (colour_u, time_u) = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
+            // Each path so far has been kept with a probability in proportion to its weight.
+            sum += weight;
+            if random.next_f64() * sum < weight {
+                path.join(found.light, found.eye, found.x0);
+            }
+        });
         let space = self.measure.space(colour_u, time_u);
         path.evaluate(&space, 0..path.len());
         let mut state = State { path, colour_u, time_u, ..State::default() };

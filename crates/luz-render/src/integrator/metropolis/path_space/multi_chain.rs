@@ -25,13 +25,7 @@ impl MultiChainPerturbation {
 }
 
 impl<P: PerturbationSpace> Mutation<P> for MultiChainPerturbation {
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         match eye_chains(x) {
             Some(found) if found.chains > 1 => eye_chain::propose(space, self.moves(), found, x, y, samples),
             _ => Attempt::Inapplicable,

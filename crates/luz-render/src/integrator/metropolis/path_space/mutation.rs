@@ -1,6 +1,6 @@
 //! What a mutation of paths is.
 
-use crate::transport::{PathSpace, Path};
+use crate::transport::{Path, PathSpace};
 use luz_sample::Samples;
 
 /// A way to make a path `y` from a path `x` by replacing some of its vertices.
@@ -10,13 +10,7 @@ use luz_sample::Samples;
 /// move has its own way back, and each pair of them is in balance by itself.
 pub trait Mutation<P: PathSpace> {
     /// Makes a proposal in `y`, whatever that was, with all its factors worked out.
-    fn propose(
-        &self,
-        space: &P,
-        x: &Path<P::Vertex>,
-        y: &mut Path<P::Vertex>,
-        samples: &mut impl Samples,
-    ) -> Attempt;
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt;
 
     /// `ln T(x→y)`: the logarithm of the density with which this mutation, applied to `x`, replaces the given part and makes `y`;
     /// `-∞` if it cannot. Given that it does so from `y` to `x`, it is asked for the way back with the same `kept`.

@@ -155,7 +155,9 @@ impl<'a> State<'a> {
                     }),
                     false,
                 )?,
-                SavedVertex::Point { light, position, is_delta } => end(light, Place::Point(position.into()), is_delta)?,
+                SavedVertex::Point { light, position, is_delta } => {
+                    end(light, Place::Point(position.into()), is_delta)?
+                }
                 SavedVertex::Infinity { light, towards, is_delta } => {
                     end(light, Place::Infinity(towards.into()), is_delta)?
                 }

@@ -6,11 +6,7 @@ use crate::transport::{Bounce, Node, Path, SceneSpace, SceneVertex, SpecularKind
 /// The path `x` at the wavelengths of `space`, in `y`. Every path can be made so from every other set of wavelengths as densely: `T(x→y) = T(y→x)`.
 ///
 /// Inapplicable where light of another colour would be refracted another way.
-pub fn recolour<'w>(
-    space: &SceneSpace<'w>,
-    x: &Path<SceneVertex<'w>>,
-    y: &mut Path<SceneVertex<'w>>,
-) -> Attempt {
+pub fn recolour<'w>(space: &SceneSpace<'w>, x: &Path<SceneVertex<'w>>, y: &mut Path<SceneVertex<'w>>) -> Attempt {
     let is_bent = |node: &Node<SceneVertex<'w>>| {
         node.bounce == Bounce::Specular(SpecularKind::Transmission)
             && node.vertex.surface().is_some_and(|surface| surface.disperses)
