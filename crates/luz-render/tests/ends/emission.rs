@@ -134,7 +134,8 @@ fn rays_leave_lights_by_their_density() {
 fn wrong_densities_are_rejected() {
     each(|name, world, context, number, light| {
         let sphere: BoundingSphere = world.bounding_sphere().into();
-        let is_slow = name.contains("screen") && name != "screen";
+        // Images over curves take long to integrate.
+        let is_slow = ["curved screen", "triangles of a screen", "globe", "lamp shade", "portal"].contains(&name);
         if !light.is_delta() && !is_slow {
             assert!(!ends(world, context, number, light, 1.03).passes(1e-6), "{name}");
         }
