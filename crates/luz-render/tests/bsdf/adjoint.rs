@@ -37,7 +37,8 @@ fn specular_paths_can_be_reversed() {
 
 fn layered(top_alpha: f32, base: Base, medium: CoatMedium, seed: u64) -> Layered {
     let top = Dielectric::new(TrowbridgeReitz::new(top_alpha, top_alpha), 1.5);
-    Layered::new(top, base, medium, 10, 100, seed)
+    // Of longer walks, a few weigh so much that errors are not known from a hundred values.
+    Layered::new(top, base, medium, 3, 100, seed)
 }
 
 /// The mean value over many seeds, and its squared error.
