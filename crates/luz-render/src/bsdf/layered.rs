@@ -10,7 +10,7 @@ use luz_sample::{
 };
 
 use super::{
-    BsdfSample, CoatWeights, Conductor, Dielectric, Diffuse, Lobe, TransportMode, direction::same_hemisphere,
+    BsdfSample, CoatWeights, Conductor, Dielectric, Diffuse, Lobe, TransportMode, direction::same_hemisphere, fresnel,
     henyey_greenstein::HenyeyGreenstein,
 };
 
@@ -179,6 +179,12 @@ impl Layered {
             })
         };
 
+        // Where both faces are mirrors, no walk that goes on will find light that comes by way of them.
+        let mirror_below = match &self.base {
+            Base::Conductor(base) if exit_specular && base_specular && self.weights == CoatWeights::Exact => Some(base),
+            _ => None,
+        };
+
         let mut sum = SampledSpectrum::ZERO;
         let mut beta = enter.f * (enter.wi.z.abs() / enter.pdf);
         let mut w = enter.wi;
@@ -193,8 +199,16 @@ impl Layered {
                     z = reached;
                     beta *= albedo;
                     if let Some((to_light, incident)) = connect(light.map_or(0.0, |s| phase.pdf(-w, -s.wi))) {
-                        sum +=
-                            beta * incident * (phase.pdf(-w, to_light) * Self::transmittance(thickness - z, to_light));
+                        let from = |to_light: Vec3, height: f32| {
+                            phase.pdf(-w, to_light) * Self::transmittance(height, to_light)
+                        };
+                        sum += beta * incident * from(to_light, thickness - z);
+                        if let Some(base) = mirror_below {
+                            let more = self.max_depth - depth - 1;
+                            let [down, up] = self.between_mirrors(base, to_light, more);
+                            let reflected = Vec3::new(to_light.x, to_light.y, -to_light.z);
+                            sum += beta * incident * (down * from(to_light, thickness - z) + up * from(reflected, z));
+                        }
                     }
                     let (wi_medium, pdf) = phase.sample(-w, random.next_2d());
                     w = wi_medium;
@@ -233,6 +247,27 @@ impl Layered {
             }
         }
         Some(sum)
+    }
+
+    /// What of the light that has come in through a smooth interface, and is seen in the direction `to_light` at first,
+    /// goes down and goes up in the coat after `events` reflections at most between the interface and a smooth `base`, at
+    /// least one of them: as fractions of the light at the interface and at the base.
+    fn between_mirrors(&self, base: &Conductor, to_light: Vec3, events: u32) -> [SampledSpectrum; 2] {
+        let crossing = Self::transmittance(self.medium.thickness, to_light);
+        let above = fresnel::dielectric(-to_light.z, self.top.eta()) * crossing;
+        let below = base.fresnel(to_light.z) * crossing;
+        let (mut down, mut up) = (SampledSpectrum::ZERO, SampledSpectrum::ZERO);
+        let mut light = SampledSpectrum::ONE;
+        for event in 0..events {
+            if event % 2 == 0 {
+                light *= below;
+                up += light;
+            } else {
+                light *= above;
+                down += light;
+            }
+        }
+        [down, up]
     }
 
     /// A direction by a walk that leaves where it will. Its `f/pdf` is an unbiased estimate of the throughput; the two
