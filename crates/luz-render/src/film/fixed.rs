@@ -100,9 +100,14 @@ impl FixedImage {
         self.pixels.iter().flatten().all(|sum| sum.words() == [0, 0])
     }
 
+    /// The bytes that [`write`](Self::write) writes.
+    pub fn byte_length(&self) -> usize {
+        self.pixels.len() * Self::PIXEL_BYTES
+    }
+
     /// Appends all sums: for each pixel and channel the two words, the fraction first, in little-endian numbers.
     pub fn write(&self, out: &mut Vec<u8>) {
-        out.reserve(self.pixels.len() * Self::PIXEL_BYTES);
+        out.reserve(self.byte_length());
         for word in self.pixels.iter().flatten().flat_map(Fixed::words) {
             out.extend_from_slice(&word.to_le_bytes());
         }

@@ -236,39 +236,71 @@ impl SplatSums {
         }
     }
 
-    /// Adds what [`write`](Self::write) wrote of such a film; `None` if the bytes are of none. The normalisation is taken over.
-    pub(crate) fn add_written(&mut self, mut bytes: &[u8]) -> Option<()> {
-        fn number(bytes: &mut &[u8]) -> Option<u64> {
-            let (number, rest) = bytes.split_first_chunk()?;
-            *bytes = rest;
-            Some(u64::from_le_bytes(*number))
+    /// Reads what [`write`](Self::write) wrote of such a film; `None` if the bytes are of none.
+    pub(crate) fn read<'b>(&self, mut bytes: &'b [u8]) -> Option<WrittenSplats<'b>> {
+        let dropped = read_number(&mut bytes)?;
+        let normalization = match self.kept {
+            Kept::Paths { .. } => Normalization::default(),
+            Kept::Batches { .. } => Normalization {
+                value: f64::from_bits(read_number(&mut bytes)?),
+                standard_error: f64::from_bits(read_number(&mut bytes)?),
+            },
+        };
+        let (counts, images): (&[u64], Vec<&FixedImage>) = match &self.kept {
+            Kept::Paths { paths, sums, squares } => (std::slice::from_ref(paths), vec![sums, squares]),
+            Kept::Batches { mutations, images, .. } => (mutations, images.iter().collect()),
+        };
+        let mut new_counts = Vec::with_capacity(counts.len());
+        for count in counts {
+            new_counts.push(count.checked_add(read_number(&mut bytes)?)?);
         }
-        fn image(bytes: &mut &[u8], image: &FixedImage) -> Option<()> {
-            let length = usize::try_from(number(bytes)?).ok()?;
-            let (image_bytes, rest) = bytes.split_at_checked(length)?;
-            *bytes = rest;
-            if length == 0 { Some(()) } else { image.add_written(image_bytes) }
+        let mut image_bytes = Vec::with_capacity(images.len());
+        for image in images {
+            let length = usize::try_from(read_number(&mut bytes)?).ok()?;
+            let (of_image, rest) = bytes.split_at_checked(length)?;
+            bytes = rest;
+            (length == 0 || length == image.byte_length()).then_some(())?;
+            image_bytes.push(of_image);
         }
-        let dropped = number(&mut bytes)?;
+        bytes.is_empty().then_some(WrittenSplats { dropped, normalization, counts: new_counts, images: image_bytes })
+    }
+
+    /// Adds what was [`read`](Self::read) for these sums. The normalisation is taken over.
+    pub(crate) fn add_written(&mut self, written: &WrittenSplats<'_>) {
+        let add = |image: &FixedImage, bytes: &[u8]| {
+            if !bytes.is_empty() {
+                // Its length has been checked.
+                let _ = image.add_written(bytes);
+            }
+        };
         match &mut self.kept {
             Kept::Paths { sums, squares, paths } => {
-                *paths = paths.checked_add(number(&mut bytes)?)?;
-                image(&mut bytes, sums)?;
-                image(&mut bytes, squares)?;
+                *paths = written.counts.first().copied().unwrap_or(*paths);
+                [sums, squares].into_iter().zip(&written.images).for_each(|(image, bytes)| add(image, bytes));
             }
             Kept::Batches { images, mutations, normalization } => {
-                let [value, standard_error] =
-                    [f64::from_bits(number(&mut bytes)?), f64::from_bits(number(&mut bytes)?)];
-                *normalization = Normalization { value, standard_error };
-                for count in mutations.iter_mut() {
-                    *count = count.checked_add(number(&mut bytes)?)?;
-                }
-                images.iter().try_for_each(|target| image(&mut bytes, target))?;
+                *normalization = written.normalization;
+                mutations.iter_mut().zip(&written.counts).for_each(|(count, written)| *count = *written);
+                images.iter().zip(&written.images).for_each(|(image, bytes)| add(image, bytes));
             }
         }
-        self.dropped.fetch_add(dropped, Ordering::Relaxed);
-        bytes.is_empty().then_some(())
+        self.dropped.fetch_add(written.dropped, Ordering::Relaxed);
     }
+}
+
+/// Splats as they were written, not yet added.
+pub(crate) struct WrittenSplats<'a> {
+    dropped: u64,
+    normalization: Normalization,
+    /// Paths, or mutations of each batch: the sums of those written and those there.
+    counts: Vec<u64>,
+    images: Vec<&'a [u8]>,
+}
+
+fn read_number(bytes: &mut &[u8]) -> Option<u64> {
+    let (number, rest) = bytes.split_first_chunk()?;
+    *bytes = rest;
+    Some(u64::from_le_bytes(*number))
 }
 
 impl Clone for SplatSums {

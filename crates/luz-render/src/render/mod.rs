@@ -205,7 +205,7 @@ impl<'a> Renderer<'a> {
         if self.is_preparing() {
             return preparation - self.rounds_done;
         }
-        let left = self.rounds() - self.rounds_done;
+        let left = self.rounds().saturating_sub(self.rounds_done);
         self.pixels.as_ref().map_or(left, |pixels| pixels.rounds_until_decision(self.rounds_done - preparation))
     }
 

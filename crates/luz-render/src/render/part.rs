@@ -8,6 +8,7 @@ use super::shard::Shard;
 use super::{RenderCost, Renderer};
 use crate::film::{Film, FilmContents, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, PixelRecord, SavedGuide};
+use crate::integrator::metropolis::MutationStatistics;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -26,6 +27,8 @@ pub struct PartHeader {
     pub cost: RenderCost,
     /// Samples that went wrong.
     pub incidents: Incidents,
+    /// What became of mutations.
+    pub mutations: MutationStatistics,
     limits: SampleLimits,
     /// Lengths of the sections of its data, in bytes.
     sections: [u64; Section::COUNT],
@@ -102,16 +105,23 @@ impl Part {
     /// Copies the pixels into a film of the whole frame, and adds the splats.
     ///
     /// # Errors
-    /// If they are not those of such a film. What is in it then means nothing.
+    /// If they are not those of such a film, which then stays as it is.
     pub fn fill(&self, film: &mut Film) -> Result<(), PartError> {
-        let runs = self.runs(film.contents(), film.bounds())?;
+        let runs = self.check(film)?;
         film.read_runs(&runs, self.section(Section::Film)?).ok_or(PartError)?;
-        let splats = self.section(Section::Splats)?;
-        match film.splats_mut() {
-            Some(sums) => sums.add_written(splats).ok_or(PartError),
-            None if splats.is_empty() => Ok(()),
-            None => Err(PartError),
+        if let Some(sums) = film.splats_mut() {
+            let written = sums.read(self.section(Section::Splats)?).ok_or(PartError)?;
+            sums.add_written(&written);
         }
+        Ok(())
+    }
+
+    /// The pixels that it has, of those of a film that it fits.
+    fn check(&self, film: &Film) -> Result<Vec<Range<usize>>, PartError> {
+        let runs = self.runs(film.contents(), film.bounds())?;
+        let splats = self.section(Section::Splats)?;
+        let fits = film.splats().map_or(splats.is_empty(), |sums| sums.read(splats).is_some());
+        if fits { Ok(runs) } else { Err(PartError) }
     }
 
     /// The film of a frame, as far as the parts have it.
@@ -174,6 +184,7 @@ impl Renderer<'_> {
             is_finished: self.is_finished(),
             cost: self.cost,
             incidents: self.incidents.clone(),
+            mutations: self.chains.as_ref().map(|chains| chains.statistics().clone()).unwrap_or_default(),
             limits,
             sections,
         };
@@ -183,23 +194,27 @@ impl Renderer<'_> {
     /// Goes on from where a part was left. The render must be of the same scene and settings, and none of its passes done.
     ///
     /// # Errors
-    /// If the part is none of such a render; this one is then of no use any more.
+    /// If the part is none of such a render.
     pub fn restore(&mut self, part: &Part) -> Result<(), PartError> {
         let PartHeader { shard, rounds_done, cost, incidents, limits, .. } = part.header.clone();
         let area = self.film.bounds().area();
-        let runs = part.runs(self.film.contents(), self.film.bounds())?;
+        let runs = part.check(&self.film)?;
         let sampled = match &self.pixels {
             Some(pixels) => Some(pixels.restored(part, limits, &runs, area, rounds_done)?),
             None => None,
         };
-        self.set_shard(shard);
         let saved = part.section(Section::Chains)?;
         match &mut self.chains {
-            Some(chains) => chains.restore(saved, rounds_done).ok_or(PartError)?,
+            Some(chains) => {
+                let statistics = part.header.mutations.clone();
+                chains.restore(saved, statistics, shard, rounds_done).ok_or(PartError)?;
+            }
             None if saved.is_empty() => {}
             None => return Err(PartError),
         }
+        // It has been checked that this works, before anything was changed.
         part.fill(&mut self.film)?;
+        self.set_shard(shard);
         (self.rounds_done, self.cost, self.incidents) = (rounds_done, cost, incidents);
         // The pace of preparation says nothing of that of chains.
         self.pace = if self.chains.is_some() { (0, 0.0) } else { (rounds_done, cost.seconds) };

@@ -1,8 +1,11 @@
 //! A scene, and ways to render it that remember something from sample to sample.
 
 use super::{load, overrides};
-use luz_render::Overrides;
+use luz_render::film::FilmKind;
+use luz_render::integrator::IntegratorKind;
+use luz_render::integrator::metropolis::DirectLight;
 use luz_render::world::Loaded;
+use luz_render::{MetropolisOverrides, Overrides};
 use luz_sample::mis::Heuristic;
 use luz_sample::roulette::Roulette;
 
@@ -27,14 +30,21 @@ pub const SCENE: &str = r#"
     "#;
 
 /// Ways to render that remember something from sample to sample.
-pub fn ways() -> [(&'static str, Overrides); 4] {
+pub fn ways() -> [(&'static str, Overrides); 6] {
     let plain = Overrides { filter: None, ..overrides([33, 17], 12) };
     let longer = Overrides { samples_per_pixel: Some(48), ..plain.clone() };
+    let primary =
+        Overrides { integrator: Some(IntegratorKind::PrimarySpace), film: Some(FilmKind::Rgb), ..plain.clone() };
+    // Three rounds of preparation, and six.
+    let chains = MetropolisOverrides { chains: Some(50), bootstrap_samples: Some(2500), ..Default::default() };
+    let apart = MetropolisOverrides { direct_light: Some(DirectLight::Separate), two_stage: true, ..chains };
     [
         ("plain", plain),
         ("optimal weights", Overrides { heuristic: Some(Heuristic::Optimal), ..longer.clone() }),
         ("roulette by efficiency", Overrides { roulette: Some(Roulette::Efficiency), ..longer.clone() }),
         ("adaptive", Overrides { adaptive: Some(0.2), ..longer }),
+        ("primary-space chains", Overrides { metropolis: chains, ..primary.clone() }),
+        ("two-stage chains, direct light apart", Overrides { metropolis: apart, ..primary }),
     ]
 }
 

@@ -4,13 +4,13 @@
 //! mutations a chain has made is a function of the number of rounds alone. Chain `c` belongs to batch `c mod K`, and to shard
 //! `c mod N`.
 
-use super::cost::RenderCost;
-use super::incident::Incidents;
-use super::shard::Shard;
 use crate::film::{Film, FilmWindow, Footprint, Normalization, SplatSums};
 use crate::integrator::metropolis::{
     ChainContext, ChainProcess, Importance, Metropolis, MutationRecord, MutationStatistics, cell_at,
 };
+use crate::render::cost::RenderCost;
+use crate::render::incident::Incidents;
+use crate::render::shard::Shard;
 use crate::settings::Settings;
 use luz_sample::markov::{Bootstrap, Outcome};
 use luz_sample::random::{hash, unit_f64};
@@ -24,7 +24,7 @@ const CANDIDATES: u64 = 1024;
 /// Candidates for each cell of the first image, on average, so that its noise stays small.
 const CANDIDATES_PER_CELL: u64 = 48;
 /// A cell of the first image is at least so many pixels wide.
-const CELL_WIDTH: f32 = 4.0;
+const CELL_WIDTH: f32 = 1.0;
 /// A chain that has not moved for more mutations than this is called stuck: large steps or bidirectional mutations come so often
 /// that only a state which is far brighter than it should be can keep it.
 const STUCK: u64 = 1000;
@@ -80,11 +80,14 @@ pub(super) trait Chains: Send + Sync {
     /// What is known of them.
     fn report(&self) -> ChainReport;
 
-    /// The chains at rest.
+    /// What became of mutations.
+    fn statistics(&self) -> &MutationStatistics;
+
+    /// The chains at rest, but for their statistics, which tell of time.
     fn save(&self) -> Vec<u8>;
 
-    /// The chains that were saved after so many rounds of preparation; `None`, and nothing is changed, if the bytes are of none.
-    fn restore(&mut self, bytes: &[u8], prepared: u32) -> Option<()>;
+    /// The chains of a shard that were saved after so many rounds; `None`, and nothing is changed, if the bytes are of none.
+    fn restore(&mut self, bytes: &[u8], statistics: MutationStatistics, shard: Shard, rounds: u32) -> Option<()>;
 }
 
 /// Chains of a process, and what they begin from.
@@ -117,7 +120,6 @@ struct SavedChains {
     invalid_candidates: u64,
     normalization: Option<Normalization>,
     chains: Vec<Option<Vec<u8>>>,
-    statistics: MutationStatistics,
 }
 
 /// What became of a chain in a pass.
@@ -168,12 +170,6 @@ impl<'a, P: ChainProcess> ChainRounds<'a, P> {
     /// The number of the chain at a place.
     fn number(&self, place: usize) -> u64 {
         u64::from(self.shard.index) + place as u64 * u64::from(self.shard.count)
-    }
-
-    /// How many chains the shard has.
-    fn own_chains(&self) -> usize {
-        let (index, count) = (u64::from(self.shard.index), u64::from(self.shard.count));
-        usize::try_from((self.metropolis.chains + count - 1 - index) / count).unwrap_or(usize::MAX)
     }
 
     /// How many mutations a chain has made after so many rounds.
@@ -231,7 +227,10 @@ impl<'a, P: ChainProcess> ChainRounds<'a, P> {
             let has_panicked = matches!(begun, Some(Err(_)));
             (begun.and_then(Result::ok).flatten(), cost, has_panicked)
         };
-        let begun: Vec<_> = (0..self.own_chains()).into_par_iter().map_init(|| self.process.scratch(), begin).collect();
+        let begun: Vec<_> = (0..own_chains(self.metropolis.chains, self.shard))
+            .into_par_iter()
+            .map_init(|| self.process.scratch(), begin)
+            .collect();
         self.chains = Vec::with_capacity(begun.len());
         for (chain, chain_cost, has_panicked) in begun {
             self.chains.push(chain);
@@ -300,6 +299,12 @@ struct Drawn {
     cells: Vec<(usize, f64)>,
     cost: RenderCost,
     has_panicked: bool,
+}
+
+/// How many of so many chains a shard has.
+fn own_chains(chains: u64, shard: Shard) -> usize {
+    let (index, count) = (u64::from(shard.index), u64::from(shard.count));
+    usize::try_from((chains + count - 1 - index) / count).unwrap_or(usize::MAX)
 }
 
 /// Columns and rows of the first image.
@@ -400,6 +405,10 @@ impl<P: ChainProcess + Send> Chains for ChainRounds<'_, P> {
         }
     }
 
+    fn statistics(&self) -> &MutationStatistics {
+        &self.statistics
+    }
+
     fn save(&self) -> Vec<u8> {
         let bytes = |chain: &P::Chain| {
             let mut bytes = Vec::new();
@@ -412,27 +421,26 @@ impl<P: ChainProcess + Send> Chains for ChainRounds<'_, P> {
             invalid_candidates: self.invalid_candidates,
             normalization: self.normalization,
             chains: self.chains.iter().map(|chain| chain.as_ref().map(bytes)).collect(),
-            statistics: self.statistics.clone(),
         };
         // Numbers, and lists of them, always have such a form.
         postcard::to_allocvec(&saved).unwrap_or_default()
     }
 
-    fn restore(&mut self, bytes: &[u8], prepared: u32) -> Option<()> {
+    fn restore(&mut self, bytes: &[u8], statistics: MutationStatistics, shard: Shard, prepared: u32) -> Option<()> {
         let (saved, rest): (SavedChains, _) = postcard::take_from_bytes(bytes).ok()?;
         let all = self.preparation_rounds();
         let of_image = all - self.stage_rounds();
         let is_prepared = prepared >= all;
         let drawn = if is_prepared { 0 } else { self.candidates(0..prepared.saturating_sub(of_image)).end };
         let is_dark = saved.normalization.is_some_and(|n| n.value <= 0.0);
-        let chains = if is_prepared && !is_dark { self.own_chains() } else { 0 };
+        let chains = if is_prepared && !is_dark { own_chains(self.metropolis.chains, shard) } else { 0 };
         let is_sound = rest.is_empty()
             && saved.first_image.len() == self.first_image.len()
             && saved.weights.len() as u64 == drawn
             && saved.normalization.is_some() == is_prepared
             && saved.normalization.is_none_or(|n| n.value.is_finite())
             && saved.chains.len() == chains
-            && saved.statistics.kinds.len() == self.statistics.kinds.len();
+            && statistics.kinds.len() == self.statistics.kinds.len();
         if !is_sound {
             return None;
         }
@@ -446,7 +454,10 @@ impl<P: ChainProcess + Send> Chains for ChainRounds<'_, P> {
         }
         (self.first_image, self.weights) = (saved.first_image, saved.weights);
         (self.invalid_candidates, self.normalization) = (saved.invalid_candidates, saved.normalization);
-        self.statistics = saved.statistics;
+        (self.statistics, self.shard) = (statistics, shard);
         Some(())
     }
 }
+
+#[cfg(test)]
+mod tests;
