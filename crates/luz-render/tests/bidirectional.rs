@@ -97,3 +97,51 @@ fn look() {
         println!();
     }
 }
+
+/// Means over 4 × 4 tiles of the picture, per channel, of independent renders.
+fn tiles(loaded: &Loaded, seeds: u64) -> Vec<Running> {
+    let mut tiles = vec![Running::default(); 49];
+    for seed in 0..seeds {
+        let mut settings = loaded.settings.clone();
+        settings.seed = seed + 10;
+        let mut renderer = luz_render::Renderer::new(&loaded.world, &loaded.camera, &settings);
+        renderer.finish();
+        let film = renderer.film();
+        let (w, h) = (film.bounds().width() as usize, film.bounds().height() as usize);
+        let mut sums = vec![(0.0, 0.0f64); 49];
+        for (i, pixel) in film.estimates().enumerate() {
+            let tile = (i / w) * 4 / h * 4 + (i % w) * 4 / w;
+            for c in 0..3 {
+                for t in [tile * 3 + c, 48] {
+                    sums[t].0 += pixel.mean[c];
+                    sums[t].1 += 1.0;
+                }
+            }
+        }
+        for (tile, (sum, n)) in tiles.iter_mut().zip(sums) { tile.push(sum / n); }
+    }
+    tiles
+}
+
+#[test]
+#[ignore]
+fn look_mlt() {
+    let only = std::env::var("ONLY").ok();
+    let which = std::env::var("WHICH").unwrap_or("mlt".into());
+    let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
+    let mutations: Option<Vec<f64>> = std::env::var("MUT").ok().map(|s| s.split(',').map(|x| x.parse().unwrap()).collect());
+    for TransportScene { name, text, .. } in transport_scenes::all() {
+        if only.as_deref().is_some_and(|only| !only.split(',').any(|o| o == name)) { continue; }
+        let base = Overrides { samples_per_pixel: Some(spp), filter: Some(luz_render::film::Filter::unit_box()), ..Overrides::default() };
+        let mut over = Overrides { integrator: Some(which.parse().unwrap()), ..base.clone() };
+        over.metropolis.chains = Some(64);
+        over.metropolis.bootstrap_samples = Some(20000);
+        if let Some(m) = &mutations { over.metropolis.mutations = Some(luz_render::integrator::metropolis::MutationProbabilities::from_array(m.clone().try_into().unwrap())); }
+        let path = tiles(&load(&text, &Overrides { samples_per_pixel: Some(256), ..base }), 6);
+        let mlt = tiles(&load(&text, &over), 12);
+        let z: Vec<f64> = path.iter().zip(&mlt).map(|(a, b)| { let se = a.standard_error().hypot(b.standard_error()); if se > 0.0 { (b.mean() - a.mean()) / se } else { 0.0 } }).collect();
+        let mean_square = z[..48].iter().map(|z| z * z).sum::<f64>() / 48.0;
+        let worst = z.iter().fold(0.0f64, |m, z| if z.abs() > m.abs() { *z } else { m });
+        println!("{name:24} path {:.4} ± {:.4} {which} {:.4} ± {:.4} z {:5.1}  tiles mean z² {mean_square:5.2} worst {worst:5.1}", path[48].mean(), path[48].standard_error(), mlt[48].mean(), mlt[48].standard_error(), z[48]);
+    }
+}
