@@ -118,7 +118,9 @@ fn tiles(loaded: &Loaded, seeds: u64) -> Vec<Running> {
                 }
             }
         }
-        for (tile, (sum, n)) in tiles.iter_mut().zip(sums) { tile.push(sum / n); }
+        for (tile, (sum, n)) in tiles.iter_mut().zip(sums) {
+            tile.push(sum / n);
+        }
     }
     tiles
 }
@@ -129,19 +131,44 @@ fn look_mlt() {
     let only = std::env::var("ONLY").ok();
     let which = std::env::var("WHICH").unwrap_or("mlt".into());
     let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
-    let mutations: Option<Vec<f64>> = std::env::var("MUT").ok().map(|s| s.split(',').map(|x| x.parse().unwrap()).collect());
+    let mutations: Option<Vec<f64>> =
+        std::env::var("MUT").ok().map(|s| s.split(',').map(|x| x.parse().unwrap()).collect());
     for TransportScene { name, text, .. } in transport_scenes::all() {
-        if only.as_deref().is_some_and(|only| !only.split(',').any(|o| o == name)) { continue; }
-        let base = Overrides { samples_per_pixel: Some(spp), filter: Some(luz_render::film::Filter::unit_box()), ..Overrides::default() };
+        if only.as_deref().is_some_and(|only| !only.split(',').any(|o| o == name)) {
+            continue;
+        }
+        let base = Overrides {
+            samples_per_pixel: Some(spp),
+            filter: Some(luz_render::film::Filter::unit_box()),
+            ..Overrides::default()
+        };
         let mut over = Overrides { integrator: Some(which.parse().unwrap()), ..base.clone() };
         over.metropolis.chains = Some(64);
         over.metropolis.bootstrap_samples = Some(20000);
-        if let Some(m) = &mutations { over.metropolis.mutations = Some(luz_render::integrator::metropolis::MutationProbabilities::from_array(m.clone().try_into().unwrap())); }
+        if let Some(m) = &mutations {
+            over.metropolis.mutations = Some(luz_render::integrator::metropolis::MutationProbabilities::from_array(
+                m.clone().try_into().unwrap(),
+            ));
+        }
         let path = tiles(&load(&text, &Overrides { samples_per_pixel: Some(256), ..base }), 6);
         let mlt = tiles(&load(&text, &over), 12);
-        let z: Vec<f64> = path.iter().zip(&mlt).map(|(a, b)| { let se = a.standard_error().hypot(b.standard_error()); if se > 0.0 { (b.mean() - a.mean()) / se } else { 0.0 } }).collect();
+        let z: Vec<f64> = path
+            .iter()
+            .zip(&mlt)
+            .map(|(a, b)| {
+                let se = a.standard_error().hypot(b.standard_error());
+                if se > 0.0 { (b.mean() - a.mean()) / se } else { 0.0 }
+            })
+            .collect();
         let mean_square = z[..48].iter().map(|z| z * z).sum::<f64>() / 48.0;
         let worst = z.iter().fold(0.0f64, |m, z| if z.abs() > m.abs() { *z } else { m });
-        println!("{name:24} path {:.4} ± {:.4} {which} {:.4} ± {:.4} z {:5.1}  tiles mean z² {mean_square:5.2} worst {worst:5.1}", path[48].mean(), path[48].standard_error(), mlt[48].mean(), mlt[48].standard_error(), z[48]);
+        println!(
+            "{name:24} path {:.4} ± {:.4} {which} {:.4} ± {:.4} z {:5.1}  tiles mean z² {mean_square:5.2} worst {worst:5.1}",
+            path[48].mean(),
+            path[48].standard_error(),
+            mlt[48].mean(),
+            mlt[48].standard_error(),
+            z[48]
+        );
     }
 }

@@ -19,7 +19,7 @@ pub struct Range {
 }
 
 /// How far beyond its ends a range is taken to reach, relatively: lengths are found again but for rounding.
-const SLACK: f64 = 1e-3;
+const SLACK: f64 = 1e-2;
 
 impl Range {
     /// A length for `u ∈ [0, 1)`.

@@ -206,7 +206,7 @@ impl<'a> PathSpaceMetropolis<'a> {
                 }
                 let there = mutation.ln_density(space, &x.path, &y.path, kept);
                 let back = mutation.ln_density(space, &y.path, &x.path, kept);
-                Some(Proposed { density, ratio: (back - there).exp() })
+                Some(Proposed::of(density, there, back))
             }
         }
     }
@@ -272,7 +272,7 @@ impl<'a> PathSpaceMetropolis<'a> {
         let there = self.bidirectional.ln_density_of_renewal(space, x.path.len(), &y.path);
         let old = self.measure.space(x.colour_u, x.time_u);
         let back = self.bidirectional.ln_density_of_renewal(&old, y.path.len(), &x.path);
-        Some(Proposed { density, ratio: (back - there).exp() })
+        Some(Proposed::of(density, there, back))
     }
 
     /// The place on the film that a chain's lens subpath mutation starts from: of a pattern that its batch shares.
@@ -293,6 +293,12 @@ const WAVELENGTH: usize = 5;
 impl Proposed {
     /// A proposal that cannot be.
     const IMPOSSIBLE: Self = Self { density: Log(f64::NEG_INFINITY), ratio: 1.0 };
+
+    /// A proposal of which `ln T(x→y)` and `ln T(y→x)` are known. One that lies, by rounding, beyond what can be proposed is none: it
+    /// is declined, and so is the way back, in which `x` lies there.
+    fn of(density: Log, there: f64, back: f64) -> Self {
+        if there > f64::NEG_INFINITY { Self { density, ratio: (back - there).exp() } } else { Self::IMPOSSIBLE }
+    }
 }
 
 fn count_rays(space: &SceneSpace<'_>, cost: &mut RenderCost) {
