@@ -14,6 +14,7 @@ mod render;
 mod settings;
 mod sphere_map;
 pub mod texture;
+pub mod transport;
 pub mod world;
 
 pub use render::{

@@ -1,7 +1,5 @@
 //! A dielectric coat, with or without a scattering medium, over any opaque base, by random walks.
 
-use std::f32::consts::FRAC_1_PI;
-
 use glam::{Vec2, Vec3};
 use luz_color::SampledSpectrum;
 use luz_sample::{
@@ -12,8 +10,8 @@ use luz_sample::{
 };
 
 use super::{
-    BsdfSample, CoatWeights, Conductor, Dielectric, Diffuse, Lobe, TransportMode, TrowbridgeReitz,
-    conductor::microfacet_reflection, direction::same_hemisphere, henyey_greenstein::HenyeyGreenstein,
+    BsdfSample, CoatWeights, Conductor, Dielectric, Diffuse, Lobe, TransportMode, direction::same_hemisphere, fresnel,
+    henyey_greenstein::HenyeyGreenstein,
 };
 
 /// What lies under the coat.
@@ -71,10 +69,10 @@ pub struct CoatMedium {
 /// walks, the combination stays unbiased.
 #[derive(Clone, Copy, Debug)]
 pub struct Layered {
-    top: Dielectric,
-    base: Base,
-    medium: CoatMedium,
-    max_depth: u32,
+    pub(super) top: Dielectric,
+    pub(super) base: Base,
+    pub(super) medium: CoatMedium,
+    pub(super) max_depth: u32,
     walks: u32,
     seed: u64,
     weights: CoatWeights,
@@ -97,7 +95,7 @@ impl Layered {
     }
 
     #[inline(always)]
-    fn scatters(&self) -> bool {
+    pub(super) fn scatters(&self) -> bool {
         !self.medium.albedo.is_black()
     }
 
@@ -126,7 +124,7 @@ impl Layered {
 
     /// Fraction of the light along `w` that goes the height `dz` without an event.
     #[inline(always)]
-    fn transmittance(dz: f32, w: Vec3) -> f32 {
+    pub(super) fn transmittance(dz: f32, w: Vec3) -> f32 {
         (-(dz / w.z).abs()).exp()
     }
 
@@ -181,6 +179,12 @@ impl Layered {
             })
         };
 
+        // Where both faces are mirrors, no walk that goes on will find light that comes by way of them.
+        let mirror_below = match &self.base {
+            Base::Conductor(base) if exit_specular && base_specular && self.weights == CoatWeights::Exact => Some(base),
+            _ => None,
+        };
+
         let mut sum = SampledSpectrum::ZERO;
         let mut beta = enter.f * (enter.wi.z.abs() / enter.pdf);
         let mut w = enter.wi;
@@ -195,8 +199,16 @@ impl Layered {
                     z = reached;
                     beta *= albedo;
                     if let Some((to_light, incident)) = connect(light.map_or(0.0, |s| phase.pdf(-w, -s.wi))) {
-                        sum +=
-                            beta * incident * (phase.pdf(-w, to_light) * Self::transmittance(thickness - z, to_light));
+                        let from = |to_light: Vec3, height: f32| {
+                            phase.pdf(-w, to_light) * Self::transmittance(height, to_light)
+                        };
+                        sum += beta * incident * from(to_light, thickness - z);
+                        if let Some(base) = mirror_below {
+                            let more = self.max_depth - depth - 1;
+                            let [down, up] = self.between_mirrors(base, to_light, more);
+                            let reflected = Vec3::new(to_light.x, to_light.y, -to_light.z);
+                            sum += beta * incident * (down * from(to_light, thickness - z) + up * from(reflected, z));
+                        }
                     }
                     let (wi_medium, pdf) = phase.sample(-w, random.next_2d());
                     w = wi_medium;
@@ -235,6 +247,27 @@ impl Layered {
             }
         }
         Some(sum)
+    }
+
+    /// What of the light that has come in through a smooth interface, and is seen in the direction `to_light` at first,
+    /// goes down and goes up in the coat after `events` reflections at most between the interface and a smooth `base`, at
+    /// least one of them: as fractions of the light at the interface and at the base.
+    fn between_mirrors(&self, base: &Conductor, to_light: Vec3, events: u32) -> [SampledSpectrum; 2] {
+        let crossing = Self::transmittance(self.medium.thickness, to_light);
+        let above = fresnel::dielectric(-to_light.z, self.top.eta()) * crossing;
+        let below = base.fresnel(to_light.z) * crossing;
+        let (mut down, mut up) = (SampledSpectrum::ZERO, SampledSpectrum::ZERO);
+        let mut light = SampledSpectrum::ONE;
+        for event in 0..events {
+            if event % 2 == 0 {
+                light *= below;
+                up += light;
+            } else {
+                light *= above;
+                down += light;
+            }
+        }
+        [down, up]
     }
 
     /// A direction by a walk that leaves where it will. Its `f/pdf` is an unbiased estimate of the throughput; the two
@@ -289,45 +322,6 @@ impl Layered {
             }
         }
         None
-    }
-
-    /// The stand-in for the density of [`sample`](Self::sample), in solid angle: a mixture of the interface's lobe, the
-    /// base's lobe as it looks through the interface, and a cosine lobe. Noise-free and normalised, up to what a rough
-    /// lobe loses below the horizon; where the interface is smooth, its share of the samples is missing.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let (wo, wi) = if wo.z < 0.0 { (-wo, -wi) } else { (wo, wi) };
-        if !same_hemisphere(wo, wi) || !self.flags().has_non_specular() {
-            return 0.0;
-        }
-        let Some(wm) = (wo + wi).try_normalize() else { return 0.0 };
-        let cosine = FRAC_1_PI * wi.z;
-        let reflectance = super::fresnel::dielectric(wo.z, self.top.eta());
-        let top =
-            if self.top.is_specular() { 0.0 } else { microfacet_reflection(self.top.distribution(), wo, wi, wm).1 };
-        let (base, albedo) = match &self.base {
-            Base::Diffuse(base) => (cosine, base.reflectance().max_component()),
-            Base::Conductor(base) => {
-                let lobe = self.base_lobe(base);
-                let pdf = if lobe.effectively_smooth() { 0.0 } else { microfacet_reflection(&lobe, wo, wi, wm).1 };
-                (pdf, 1.0)
-            }
-        };
-        let share = (1.0 - reflectance) * albedo;
-        let from_top = if share > 0.0 { reflectance / (reflectance + share) } else { 1.0 };
-        let spread = if self.scatters() { 1.0 - 0.9 * (-2.0 * self.medium.thickness).exp() } else { 0.1 };
-        from_top * top + (1.0 - from_top) * (base + (cosine - base) * spread)
-    }
-
-    /// The base's microfacets as they look through the interface. For small slopes a facet of the base tilted by `m`
-    /// turns the reflected ray by `2m` inside and `2ηm` outside, as a facet tilted by `ηm` would without a coat; one of
-    /// the interface turns each crossing by `(η − 1)m`. Variances add.
-    fn base_lobe(&self, base: &Conductor) -> TrowbridgeReitz {
-        let (eta, bend) = (self.top.eta(), self.top.eta() - 1.0);
-        let variance = |a: Vec2| a * a;
-        let top = if self.top.is_specular() { Vec2::ZERO } else { variance(self.top.distribution().alpha()) };
-        let alpha2 = eta * eta * variance(base.distribution().alpha()) + 0.5 * bend * bend * top;
-        let alpha = Vec2::new(alpha2.x.sqrt(), alpha2.y.sqrt()).min(Vec2::ONE);
-        TrowbridgeReitz::new(alpha.x, alpha.y)
     }
 }
 

@@ -16,6 +16,7 @@ mod direction;
 pub mod fresnel;
 mod henyey_greenstein;
 mod layered;
+mod layered_proposal;
 mod lobe;
 mod microfacet;
 mod thin_dielectric;
@@ -80,8 +81,8 @@ impl Bsdf<'_> {
         self.evaluate(wo, wi, mode).0
     }
 
-    /// Density, in solid angle, with which [`sample`](Self::sample) draws `wi` for `wo`; specular lobes count nothing.
-    /// For [`Layered`], a stand-in for it.
+    /// Density, in solid angle, with which [`propose`](Self::propose) draws `wi` for `wo`, and [`sample`](Self::sample)
+    /// but for [`Layered`], for which it is a stand-in; specular lobes count nothing.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
         match self {
@@ -121,6 +122,41 @@ impl Bsdf<'_> {
             Self::CoatedDiffuse(bsdf) => bsdf.sample(wo, uc, u),
             Self::Layered(bsdf) => bsdf.sample(wo, uc, u, mode),
         }
+    }
+
+    /// A direction with its value and *exact* density, [`proposal_pdf`](Self::proposal_pdf); `None` where it leads
+    /// nowhere.
+    ///
+    /// For all but [`Layered`] this is [`sample`](Self::sample). There the value is the estimate of
+    /// [`evaluate`](Self::evaluate), a fixed function of the two directions.
+    #[inline]
+    pub fn propose(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        match self {
+            Self::Layered(bsdf) => bsdf.propose(wo, uc, u, mode),
+            _ => self.sample(wo, uc, u, mode),
+        }
+    }
+
+    /// The density of [`propose`](Self::propose), in solid angle; specular lobes count nothing.
+    #[inline]
+    pub fn proposal_pdf(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> f32 {
+        self.pdf(wo, wi, mode)
+    }
+
+    /// Specular scattering to one side, `Lobe::REFLECTION` or `Lobe::TRANSMISSION`: the one direction, its value, and the
+    /// probability with which [`propose`](Self::propose) draws it. `None` where there is none.
+    #[inline]
+    pub fn specular(&self, wo: Vec3, side: Lobe, mode: TransportMode) -> Option<BsdfSample> {
+        if !self.flags().is_specular() {
+            return None;
+        }
+        // Of two specular lobes reflection comes first.
+        let uc = if side.is_reflection() { 0.0 } else { 1.0 };
+        let sample = match self {
+            Self::Layered(bsdf) => bsdf.specular(wo),
+            _ => self.sample(wo, uc, Vec2::ZERO, mode),
+        };
+        sample.filter(|s| s.flags.is_specular() && s.flags.contains(side))
     }
 
     /// The union of its scattering kinds.

@@ -1,4 +1,8 @@
-//! Cameras: from a point on the film, a point on the lens and a moment to a ray.
+//! Cameras: from a point on the film, a point on the lens and a moment to a ray, and back.
+
+mod importance;
+
+pub use importance::{CameraEnd, CameraPlace};
 
 use crate::sphere_map::SphereMap;
 use glam::{Vec2, Vec3};
@@ -122,16 +126,32 @@ impl Camera {
     /// moment that `time_u` names. Its direction is a unit vector.
     #[inline]
     pub fn ray(&self, film: Vec2, lens_u: Vec2, time_u: f32) -> Ray {
-        let time = self.time(time_u);
-        let (origin, direction) = self.local_ray(film, lens_u);
-        let place =
-            |transform: &Transform| Ray::new(transform.point(origin), transform.vector(direction).normalize(), time);
-        // A camera at rest spares the copy.
+        self.ray_through(film, self.on_lens(lens_u), self.time(time_u))
+    }
+
+    /// The ray through `film` and a point of the lens.
+    #[inline]
+    fn ray_through(&self, film: Vec2, on_lens: Vec2, time: f32) -> Ray {
+        let (origin, direction) = self.local_ray(film, on_lens);
+        self.with_transform(time, |transform| {
+            Ray::new(transform.point(origin), transform.vector(direction).normalize(), time)
+        })
+    }
+
+    /// What `with` makes of the camera's place at `time`. A camera at rest spares the copy.
+    #[inline]
+    fn with_transform<T>(&self, time: f32, with: impl FnOnce(&Transform) -> T) -> T {
         if self.world_from_camera.is_animated() {
-            place(&self.world_from_camera.interpolate(time))
+            with(&self.world_from_camera.interpolate(time))
         } else {
-            place(self.world_from_camera.ends().0)
+            with(self.world_from_camera.ends().0)
         }
+    }
+
+    /// The point of the lens that `u` names, in camera space.
+    #[inline]
+    fn on_lens(&self, u: Vec2) -> Vec2 {
+        if self.has_lens() { warp::concentric_disk(u) * self.lens.radius } else { Vec2::ZERO }
     }
 
     /// The rays one pixel to the right of and below [`ray`](Self::ray).
@@ -175,11 +195,11 @@ impl Camera {
         self.shutter[0] + (self.shutter[1] - self.shutter[0]) * u
     }
 
-    fn local_ray(&self, film: Vec2, lens_u: Vec2) -> (Vec3, Vec3) {
+    fn local_ray(&self, film: Vec2, on_lens: Vec2) -> (Vec3, Vec3) {
         let screen = self.raster_origin + film * self.pixel_scale;
         match self.projection {
-            Projection::Perspective => self.through_lens(Vec3::ZERO, screen.extend(1.0).normalize(), lens_u),
-            Projection::Orthographic => self.through_lens(screen.extend(0.0), Vec3::Z, lens_u),
+            Projection::Perspective => self.through_lens(Vec3::ZERO, screen.extend(1.0).normalize(), on_lens),
+            Projection::Orthographic => self.through_lens(screen.extend(0.0), Vec3::Z, on_lens),
             Projection::Spherical(map) => {
                 let d = map.direction(film / self.resolution);
                 (Vec3::ZERO, Vec3::new(d.x, d.z, d.y))
@@ -188,12 +208,12 @@ impl Camera {
     }
 
     /// Bends a ray so that it starts on the lens and meets the unbent one in the plane of focus.
-    fn through_lens(&self, origin: Vec3, direction: Vec3, lens_u: Vec2) -> (Vec3, Vec3) {
+    fn through_lens(&self, origin: Vec3, direction: Vec3, on_lens: Vec2) -> (Vec3, Vec3) {
         if !self.has_lens() {
             return (origin, direction);
         }
         let focus = origin + direction * (self.lens.focal_distance / direction.z);
-        let on_lens = origin + (warp::concentric_disk(lens_u) * self.lens.radius).extend(0.0);
+        let on_lens = origin + on_lens.extend(0.0);
         (on_lens, (focus - on_lens).normalize())
     }
 
@@ -213,7 +233,7 @@ impl Camera {
         };
         for step in 0..STEPS {
             let film = self.resolution * (step as f32 / (STEPS - 1) as f32);
-            let centre = Vec2::splat(0.5);
+            let centre = Vec2::ZERO;
             let (origin, direction) = self.local_ray(film, centre);
             let frame = look_frame(direction);
             let local = |v: Vec3| Vec3::new(v.dot(frame[0]), v.dot(frame[1]), v.dot(frame[2]));

@@ -3,6 +3,7 @@
 use super::metropolis::{Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator};
 use super::path::PathIntegrator;
 use crate::film::SplatContents;
+use luz_sample::mis::Heuristic;
 use std::fmt;
 use std::str::FromStr;
 
@@ -45,6 +46,59 @@ pub enum IntegratorKind {
 pub struct BidirectionalIntegrator {
     /// The longest path: how many times light may scatter before it reaches the camera.
     pub max_depth: u32,
+    /// Which techniques are used.
+    pub techniques: BidirectionalTechniques,
+    /// How they are weighted.
+    pub heuristic: Heuristic,
+}
+
+/// Which of the techniques `(s, t)`, of `s` vertices from the light and `t` from the eye, are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BidirectionalTechniques {
+    /// All, weighted.
+    #[default]
+    All,
+    /// Those of one eye vertex, each of which makes paths of another length: light tracing.
+    Light,
+    /// A single one, to be compared with others.
+    One {
+        /// Vertices from the light.
+        s: u32,
+        /// Vertices from the eye, at least one.
+        t: u32,
+    },
+}
+
+impl BidirectionalIntegrator {
+    /// Is technique `(s, t)` used?
+    #[inline]
+    pub(crate) fn uses(&self, s: usize, t: usize) -> bool {
+        match self.techniques {
+            BidirectionalTechniques::All => true,
+            BidirectionalTechniques::Light => t == 1,
+            BidirectionalTechniques::One { s: only_s, t: only_t } => (s, t) == (only_s as usize, only_t as usize),
+        }
+    }
+
+    /// Are vertices made from the light?
+    pub(crate) fn uses_light_walks(&self) -> bool {
+        !matches!(self.techniques, BidirectionalTechniques::One { s: 0, .. })
+    }
+
+    /// Is more than one vertex made from the eye?
+    pub(crate) fn uses_eye_walks(&self) -> bool {
+        match self.techniques {
+            BidirectionalTechniques::All => true,
+            BidirectionalTechniques::Light => false,
+            BidirectionalTechniques::One { t, .. } => t > 1,
+        }
+    }
+
+    /// The weight of a technique, given the one that it has among all.
+    #[inline]
+    pub(crate) fn weight(&self, among_all: f32) -> f32 {
+        if self.techniques == BidirectionalTechniques::All { among_all } else { 1.0 }
+    }
 }
 
 impl IntegratorKind {

@@ -1,5 +1,6 @@
 //! Integrators: from a camera ray to the radiance that arrives along it.
 
+pub(crate) mod bidirectional;
 pub mod efficiency;
 mod estimator;
 mod kind;
@@ -8,8 +9,9 @@ mod observer;
 mod path;
 mod technique;
 
+pub use bidirectional::BidirectionalTracer;
 pub use estimator::{CameraStart, PixelEstimator, Splat, Splats};
-pub use kind::{BidirectionalIntegrator, Integrator, IntegratorKind};
+pub use kind::{BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind};
 pub use observer::{FoundBy, LightEvent, PathEnd, PathEvent, PathObserver, Unwatched, Vertex};
 pub use path::{BOUNCE_DIMENSIONS, CAMERA_DIMENSIONS, PathCost, PathIntegrator, PathTracer};
 pub use technique::Technique;

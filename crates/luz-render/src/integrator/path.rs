@@ -215,7 +215,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let Some(mut shading) = Shading::at(world, camera, &interaction, outgoing, seen, self.wavelengths) else {
+        let Some(mut shading) = Shading::at(world, camera, &interaction, seen, self.wavelengths) else {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
             self.observe(PathEvent::Passage { surface: &interaction.surface });
             branch.passages += 1;

@@ -1,12 +1,18 @@
 //! Surfaces that emit.
 
+use super::parametric::parametric_at;
 use super::screen::image_coordinates;
-use super::{LightBounds, LightContext, LightSample, ScaledSpectrum, Target};
+use super::{Departure, EmittingPoint, LightBounds, LightContext, LightSample, ScaledSpectrum, Target};
 use crate::texture::SpectrumImage;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Bounds3, Reference, Shape, ShapeId, SurfacePoint};
+use luz_geometry::{
+    AreaSample, Bounds3, Frame, NO_INSTANCE, Reference, Shape, ShapeId, SolidAngleSample, SurfacePoint,
+    offset_ray_origin,
+};
 use luz_sample::distribution::TexelTree;
+use luz_sample::warp;
+use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -111,6 +117,109 @@ impl AreaLight {
             return self.pdf_by_image(context, reference, hit);
         }
         context.accelerator.pdf_solid_angle(reference, hit)
+    }
+
+    /// Draws a point where a path begins, by the image where points are drawn by it and otherwise evenly, with its density
+    /// in area.
+    pub fn sample_point(&self, context: LightContext<'_>, u: Vec2) -> Option<(EmittingPoint, f32)> {
+        if self.is_drawn_by_image(context) {
+            return self.sample_image_point(context, None, u);
+        }
+        let AreaSample { position, position_error: error, normal, uv, pdf_area } =
+            context.accelerator.sample_area(ShapeId(self.shape), self.primitive, u)?;
+        let parametric = self.parametric(context, position, uv);
+        Some((EmittingPoint { position, error, normal, uv, parametric }, pdf_area))
+    }
+
+    /// The density of [`sample_point`](Self::sample_point), in area.
+    pub fn point_pdf(&self, context: LightContext<'_>, point: &EmittingPoint) -> f32 {
+        if self.is_drawn_by_image(context) {
+            return self.image_point_pdf(context, None, point);
+        }
+        context.accelerator.pdf_area(&self.surface_point(point))
+    }
+
+    /// Draws a point as [`sample`](Self::sample) does, with its density in area.
+    pub fn sample_point_from(
+        &self,
+        context: LightContext<'_>,
+        reference: &Reference,
+        u: Vec2,
+    ) -> Option<(EmittingPoint, f32)> {
+        if self.is_drawn_by_image(context) {
+            return self.sample_image_point(context, Some(reference), u);
+        }
+        let SolidAngleSample { position, position_error: error, normal, uv, pdf } =
+            context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
+        let parametric = self.parametric(context, position, uv);
+        let point = EmittingPoint { position, error, normal, uv, parametric };
+        let density = point.area_density(pdf, reference.position);
+        Some((point, density))
+    }
+
+    /// The density of [`sample_point_from`](Self::sample_point_from), in area.
+    pub fn point_pdf_from(&self, context: LightContext<'_>, reference: &Reference, point: &EmittingPoint) -> f32 {
+        if self.is_drawn_by_image(context) {
+            return self.image_point_pdf(context, Some(reference), point);
+        }
+        let pdf = context.accelerator.pdf_solid_angle(reference, &self.surface_point(point));
+        point.area_density(pdf, reference.position)
+    }
+
+    /// Draws a ray that leaves a point of the light, by the cosine; of a light of two sides from either.
+    pub fn sample_departure(&self, context: LightContext<'_>, point: &EmittingPoint, mut u: Vec2) -> Option<Departure> {
+        let mut side = point.normal;
+        let mut pdf = FRAC_1_PI;
+        if context.emissions[self.emission as usize].two_sided {
+            pdf *= 0.5;
+            u.x *= 2.0;
+            if u.x >= 1.0 {
+                u.x -= 1.0;
+                side = -side;
+            }
+        }
+        let direction = Frame::from_z(side).to_world(warp::cosine_hemisphere(u));
+        let origin = offset_ray_origin(point.position, point.error, point.normal, direction);
+        (direction.dot(side) > 0.0).then_some(Departure { origin, direction, pdf })
+    }
+
+    /// The density of [`sample_departure`](Self::sample_departure) in projected solid angle: 1/π, or half of it on each of
+    /// two sides.
+    pub fn departure_pdf(&self, context: LightContext<'_>, point: &EmittingPoint, to: Vec3) -> f32 {
+        let emission = &context.emissions[self.emission as usize];
+        match emission.two_sided {
+            true => 0.5 * FRAC_1_PI,
+            false if emission.shines(point.normal, to - point.position) => FRAC_1_PI,
+            false => 0.0,
+        }
+    }
+
+    fn parametric(&self, context: LightContext<'_>, position: Vec3, uv: Vec2) -> Vec2 {
+        parametric_at(context.accelerator.shape(ShapeId(self.shape)), self.primitive as usize, position, uv)
+    }
+
+    /// What densities on shapes ask of a point.
+    fn surface_point(&self, point: &EmittingPoint) -> SurfacePoint {
+        let frame = Frame::from_z(point.normal);
+        SurfacePoint {
+            position: point.position,
+            position_error: point.error,
+            geometric_normal: point.normal,
+            shading_normal: point.normal,
+            uv: point.uv,
+            dpdu: frame.s,
+            dpdv: frame.t,
+            shading_dpdu: frame.s,
+            shading_dpdv: frame.t,
+            dndu: Vec3::ZERO,
+            dndv: Vec3::ZERO,
+            parametric: point.parametric,
+            face_index: 0,
+            time: 0.0,
+            shape: self.shape,
+            primitive: self.primitive,
+            instance: NO_INSTANCE,
+        }
     }
 
     /// Mean radiance times area, in photometric units.

@@ -80,11 +80,17 @@ impl ImageInfiniteLight {
         }
         Some(LightSample {
             radiance: self.texel_radiance(uv, wavelengths),
-            direction: self.world_from_light.vector(self.texels.direction(uv)).normalize(),
+            direction: self.direction(uv),
             target: Target::Infinity,
             pdf,
             is_delta: false,
         })
+    }
+
+    /// The direction of [`sample`](Self::sample) and its density in solid angle.
+    pub fn sample_direction(&self, combination: Combination, u: Vec2) -> Option<(Vec3, f32)> {
+        let (uv, pdf) = self.distribution(combination).sample(u);
+        (pdf > 0.0).then(|| (self.direction(uv), pdf))
     }
 
     /// The density of [`sample`](Self::sample) in solid angle.
@@ -102,6 +108,10 @@ impl ImageInfiniteLight {
         let white = luz_color::spectrum_to_y(&Spectrum::Dense(self.color_space.illuminant().clone()));
         let mean = self.distribution(combination).mean();
         f64::from(2.0 * TAU * PI) * f64::from(scene_radius).powi(2) * mean * f64::from(self.scale) * f64::from(white)
+    }
+
+    fn direction(&self, uv: Vec2) -> Vec3 {
+        self.world_from_light.vector(self.texels.direction(uv)).normalize()
     }
 
     fn coordinates(&self, direction: Vec3) -> Vec2 {

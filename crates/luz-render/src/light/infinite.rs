@@ -1,7 +1,7 @@
 //! The same light from all around.
 
 use super::{Combination, LightSample, ScaledSpectrum, Target};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_sample::warp;
 use std::f32::consts::{PI, TAU};
@@ -17,13 +17,14 @@ pub struct UniformInfiniteLight {
 impl UniformInfiniteLight {
     /// Draws a direction evenly over the sphere; `None` where that is left to the BSDF.
     pub fn sample(&self, combination: Combination, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
-        (combination == Combination::Alone).then(|| LightSample {
-            radiance: self.radiance(wavelengths),
-            direction: warp::uniform_sphere(u),
-            target: Target::Infinity,
-            pdf: 1.0 / (2.0 * TAU),
-            is_delta: false,
-        })
+        let (direction, pdf) = self.sample_direction(combination, u)?;
+        let radiance = self.radiance(wavelengths);
+        Some(LightSample { radiance, direction, target: Target::Infinity, pdf, is_delta: false })
+    }
+
+    /// The direction of [`sample`](Self::sample) and its density in solid angle.
+    pub fn sample_direction(&self, combination: Combination, u: Vec2) -> Option<(Vec3, f32)> {
+        (combination == Combination::Alone).then(|| (warp::uniform_sphere(u), self.pdf(combination)))
     }
 
     /// The density of [`sample`](Self::sample) in solid angle: 1 / 4π, or none.

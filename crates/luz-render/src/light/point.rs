@@ -1,8 +1,9 @@
 //! Lights without extent.
 
 use super::{LightBounds, LightSample, ScaledSpectrum, Target};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use luz_color::Wavelengths;
+use luz_geometry::{Frame, Transform};
 use std::f64::consts::TAU;
 
 /// A point that radiates evenly: intensity in W·sr⁻¹·nm⁻¹.
@@ -63,6 +64,39 @@ impl SpotLight {
         t * t * (3.0 - 2.0 * t)
     }
 
+    /// Draws a direction in which light leaves, in proportion to the intensity, and its density in solid angle.
+    pub fn sample_direction(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let core = self.core();
+        let share = core / self.whole();
+        let one_minus_cos = if u.x < share {
+            u.x / share * core
+        } else {
+            let t = smooth_step_quantile((u.x - share) / (1.0 - share));
+            (1.0 - self.cos_total) - t * (self.cos_falloff - self.cos_total)
+        };
+        let sin = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (u.y * std::f32::consts::TAU).sin_cos();
+        let local = Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos);
+        let direction = Frame::from_z(self.axis).to_world(local);
+        Some((direction, self.direction_pdf(direction)))
+    }
+
+    /// The density of [`sample_direction`](Self::sample_direction), in solid angle.
+    pub fn direction_pdf(&self, direction: Vec3) -> f32 {
+        let pdf = self.falloff(self.axis.dot(direction)) / (std::f32::consts::TAU * self.whole());
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// The integral of the falloff over the part of the cone where it is one, by 2π.
+    fn core(&self) -> f32 {
+        1.0 - self.cos_falloff.max(self.cos_total)
+    }
+
+    /// The integral of the falloff over the cone, by 2π: the smooth step averages ½.
+    fn whole(&self) -> f32 {
+        self.core() + 0.5 * (self.cos_falloff - self.cos_total).max(0.0)
+    }
+
     /// Where the light is and how it shines.
     pub fn bounds(&self) -> LightBounds {
         LightBounds::cone(self.position, self.axis, self.cos_total, self.intensity.weight() as f32)
@@ -73,6 +107,38 @@ impl SpotLight {
         let (total, falloff) = (f64::from(self.cos_total), f64::from(self.cos_falloff));
         TAU * self.intensity.weight() * ((1.0 - falloff) + 0.5 * (falloff - total))
     }
+}
+
+/// The solid angle in a light's space by that in the world, about the unit direction `direction` in the world: 1 for
+/// transforms that keep angles.
+pub(super) fn local_solid_angle(world_from_light: &Transform, direction: Vec3) -> f32 {
+    // Of a linear map M, dω' = |det M| dω / |M ω|³.
+    let length = world_from_light.inverse().vector(direction).length();
+    let factor = world_from_light.inverse_matrix().determinant().abs() / (length * length * length);
+    if factor.is_finite() { factor } else { 0.0 }
+}
+
+/// The `t ∈ [0, 1]` up to which the smooth step `3t² − 2t³` has the fraction `u` of its integral: `2t³ − t⁴ = u`.
+fn smooth_step_quantile(u: f32) -> f32 {
+    let u = f64::from(u);
+    let (mut low, mut high) = (0.0, 1.0);
+    // Newton's method, kept within what is known.
+    let mut t = u.cbrt() * 0.8;
+    for _ in 0..24 {
+        let off = t * t * t * (2.0 - t) - u;
+        if off > 0.0 {
+            high = t
+        } else {
+            low = t
+        }
+        let next = t - off / (t * t * (6.0 - 4.0 * t));
+        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+        if (next - t).abs() < 1e-9 {
+            return next as f32;
+        }
+        t = next;
+    }
+    t as f32
 }
 
 pub(super) fn from_point(

@@ -1,7 +1,7 @@
 //! Environment maps that are seen through a window.
 
 use super::environment::SphereTexels;
-use super::{LightBounds, LightSample, Target, brightness};
+use super::{BoundingSphere, Departure, LightBounds, LightSample, Target, brightness};
 use crate::texture::SpectrumKind;
 use glam::{Vec2, Vec3};
 use luz_color::{RgbColorSpace, SampledSpectrum, Spectrum, Wavelengths};
@@ -16,6 +16,9 @@ pub struct Portal {
     /// x along the edge from the first corner to the last, y along that to the second, z out of the room.
     frame: Frame,
 }
+
+/// All directions out of a portal, in rectified coordinates.
+const EVERYWHERE: Window = Window { min: Vec2::ZERO, max: Vec2::ONE };
 
 impl Portal {
     /// A portal with the given corners, in order around it; what looks out sees them run clockwise or anticlockwise such
@@ -37,6 +40,27 @@ impl Portal {
     pub fn area(&self) -> f32 {
         let [p0, p1, _, p3] = self.corners;
         p0.distance(p1) * p0.distance(p3)
+    }
+
+    /// Its point at `u ∈ [0, 1]²`.
+    fn point(&self, u: Vec2) -> Vec3 {
+        let [p0, p1, _, p3] = self.corners;
+        p0 + (p3 - p0) * u.x + (p1 - p0) * u.y
+    }
+
+    /// The density of its points, drawn evenly, in area of the plane perpendicular to `direction`; `None` for directions
+    /// that do not lead out of the room.
+    fn density(&self, direction: Vec3) -> Option<f32> {
+        let pdf = 1.0 / (self.area() * self.frame.n.dot(direction));
+        (pdf > 0.0 && pdf.is_finite()).then_some(pdf)
+    }
+
+    /// True if the line through `from` along `direction` meets it.
+    fn lets_pass(&self, from: Vec3, direction: Vec3) -> bool {
+        let [p0, p1, _, p3] = self.corners;
+        let t = self.frame.n.dot(p0 - from) / self.frame.n.dot(direction);
+        let at = self.frame.to_local(from + direction * t - p0);
+        (0.0..=p0.distance(p3)).contains(&at.x) && (0.0..=p0.distance(p1)).contains(&at.y)
     }
 
     /// The rectified coordinates of a direction in world space (Bitterli, Novák, and Jarosz 2015, section 3), in
@@ -121,25 +145,61 @@ impl PortalInfiniteLight {
 
     /// Draws a direction through the portal; `None` where nothing is seen through it.
     pub fn sample(&self, reference: &Reference, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
-        let window = self.portal.window(reference.position)?;
-        let (uv, density) = self.distribution.sample(&window, u)?;
-        let (direction, solid_angle) = self.portal.direction(uv);
-        let pdf = density / solid_angle;
-        (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
-            radiance: self.texel_radiance(uv, wavelengths),
-            direction,
-            target: Target::Infinity,
-            pdf,
-            is_delta: false,
-        })
+        let (uv, direction, pdf) = self.sample_window(&self.portal.window(reference.position)?, u)?;
+        let radiance = self.texel_radiance(uv, wavelengths);
+        Some(LightSample { radiance, direction, target: Target::Infinity, pdf, is_delta: false })
+    }
+
+    /// The direction of [`sample`](Self::sample) and its density in solid angle.
+    pub fn sample_direction(&self, reference: &Reference, u: Vec2) -> Option<(Vec3, f32)> {
+        self.sample_window(&self.portal.window(reference.position)?, u).map(|(_, direction, pdf)| (direction, pdf))
     }
 
     /// The density of [`sample`](Self::sample) in solid angle.
     pub fn pdf(&self, reference: &Reference, direction: Vec3) -> f32 {
+        self.portal.window(reference.position).map_or(0.0, |window| self.window_pdf(&window, direction))
+    }
+
+    /// Draws a direction out of the portal, from nowhere in particular, in proportion to the map.
+    pub fn sample_outward(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        self.sample_window(&EVERYWHERE, u).map(|(_, direction, pdf)| (direction, pdf))
+    }
+
+    /// The density of [`sample_outward`](Self::sample_outward) in solid angle.
+    pub fn outward_pdf(&self, direction: Vec3) -> f32 {
+        self.window_pdf(&EVERYWHERE, direction)
+    }
+
+    fn sample_window(&self, window: &Window, u: Vec2) -> Option<(Vec2, Vec3, f32)> {
+        let (uv, density) = self.distribution.sample(window, u)?;
+        let (direction, solid_angle) = self.portal.direction(uv);
+        let pdf = density / solid_angle;
+        (pdf > 0.0 && pdf.is_finite()).then_some((uv, direction, pdf))
+    }
+
+    fn window_pdf(&self, window: &Window, direction: Vec3) -> f32 {
         let Some((uv, solid_angle)) = self.portal.coordinates(direction) else { return 0.0 };
-        let Some(window) = self.portal.window(reference.position) else { return 0.0 };
-        let pdf = self.distribution.pdf(&window, uv) / solid_angle;
+        let pdf = self.distribution.pdf(window, uv) / solid_angle;
         if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Draws a ray that comes in through the portal from the direction `towards`: through a point of the portal that is
+    /// drawn evenly.
+    pub fn sample_departure(&self, sphere: BoundingSphere, towards: Vec3, u: Vec2) -> Option<Departure> {
+        let pdf = self.portal.density(towards)?;
+        let through = self.portal.point(u);
+        // From beyond all that may stand before the portal.
+        let origin = through + towards * (through.distance(sphere.center) + sphere.beyond());
+        Some(Departure { origin, direction: -towards, pdf })
+    }
+
+    /// The density of [`sample_departure`](Self::sample_departure) for the ray to `to`, in area of the plane perpendicular
+    /// to `towards`; zero where that ray does not pass the portal.
+    pub fn departure_pdf(&self, towards: Vec3, to: Vec3) -> f32 {
+        if !self.portal.lets_pass(to, towards) {
+            return 0.0;
+        }
+        self.portal.density(towards).unwrap_or(0.0)
     }
 
     /// The radiance that arrives at `reference` against `direction`: none beside the portal.

@@ -1,10 +1,12 @@
 //! A projector.
 
-use super::{LightBounds, LightSample, Target};
+use super::point::local_solid_angle;
+use super::{LightBounds, LightSample, Target, brightness};
 use crate::texture::SpectrumKind;
 use glam::{Vec2, Vec3};
 use luz_color::{RgbColorSpace, SampledSpectrum, Spectrum, Wavelengths};
 use luz_geometry::Transform;
+use luz_sample::distribution::PiecewiseConstant2D;
 
 /// The least height above the projector's plane at which directions are lit.
 const NEAREST: f32 = 1e-3;
@@ -42,6 +44,17 @@ impl Throw {
         cos_squared * cos_squared.sqrt() * area
     }
 
+    /// The direction in the projector's space of a point of the image: not a unit vector, but of height 1.
+    fn direction(&self, at: Vec2) -> Vec3 {
+        let at = (at * 2.0 - 1.0) * self.half_extent;
+        Vec3::new(at.x, -at.y, 1.0)
+    }
+
+    /// The solid angle by area of the image, whose sides have length 1, about a unit direction: cos³θ dA.
+    fn solid_angle_by_area(&self, direction: Vec3) -> f32 {
+        4.0 * self.half_extent.x * self.half_extent.y * direction.z.powi(3)
+    }
+
     /// The cosine of the angle between the axis and the image's corners.
     fn cos_corner(&self) -> f32 {
         (1.0 + self.half_extent.length_squared()).sqrt().recip()
@@ -61,6 +74,8 @@ pub struct ProjectionLight {
     /// ∫ I dω, in photometric units, and over how much solid angle.
     power: f64,
     solid_angle: f64,
+    /// The image, as directions are drawn by it; `None` where it is dark.
+    distribution: Option<PiecewiseConstant2D>,
 }
 
 impl ProjectionLight {
@@ -79,11 +94,14 @@ impl ProjectionLight {
         texels.resize(width * height, [0.0; 3]);
         let throw = Throw::new(field_of_view, width as f32 / height as f32);
         let (mut power, mut total) = (0.0, 0.0);
+        let mut weights = Vec::with_capacity(texels.len());
         for (i, rgb) in texels.iter().enumerate() {
             let solid_angle = f64::from(throw.solid_angle([i % width, i / width], size));
             power += f64::from(color_space.luminance(*rgb).max(0.0)) * solid_angle;
             total += solid_angle;
+            weights.push((f64::from(brightness(*rgb)) * solid_angle) as f32);
         }
+        let distribution = PiecewiseConstant2D::new(&weights, size).ok().filter(|d| d.integral() > 0.0);
         let white = luz_color::spectrum_to_y(&Spectrum::Dense(color_space.illuminant().clone()));
         Self {
             position: world_from_light.point(Vec3::ZERO),
@@ -95,6 +113,7 @@ impl ProjectionLight {
             scale,
             power: power * f64::from(white) * f64::from(scale),
             solid_angle: total,
+            distribution,
         }
     }
 
@@ -114,6 +133,28 @@ impl ProjectionLight {
             pdf: 1.0,
             is_delta: true,
         })
+    }
+
+    /// World-space position.
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    /// Draws a direction in which light leaves, in proportion to the image, and its density in solid angle.
+    pub fn sample_direction(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let (at, _) = self.distribution.as_ref()?.sample(u);
+        let direction = self.world_from_light.vector(self.throw.direction(at)).try_normalize()?;
+        Some((direction, self.direction_pdf(direction)))
+    }
+
+    /// The density of [`sample_direction`](Self::sample_direction), in solid angle.
+    pub fn direction_pdf(&self, direction: Vec3) -> f32 {
+        let Some(distribution) = &self.distribution else { return 0.0 };
+        let Some(local) = self.world_from_light.inverse().vector(direction).try_normalize() else { return 0.0 };
+        let Some(at) = self.throw.coordinates(local) else { return 0.0 };
+        let pdf = distribution.pdf(at) / self.throw.solid_angle_by_area(local)
+            * local_solid_angle(&self.world_from_light, direction);
+        if pdf.is_finite() { pdf } else { 0.0 }
     }
 
     /// The radiant intensity towards a direction in world space; `None` beside the image.

@@ -1,9 +1,10 @@
 //! Surfaces whose emission is an image, drawn in proportion to it.
 
-use super::{AreaLight, Emission, LightContext, LightSample, Target};
+use super::parametric::parametric_at;
+use super::{AreaLight, Emission, EmittingPoint, LightContext, LightSample, Target};
 use glam::{Vec2, Vec3};
 use luz_color::Wavelengths;
-use luz_geometry::{Reference, Shape, ShapeId, SurfacePoint, UvFootprint};
+use luz_geometry::{Reference, Shape, ShapeId, SurfacePoint, UvFootprint, UvPoint};
 use luz_sample::distribution::{Steering, TexelTree};
 
 /// From the surface's parameters to the image's coordinates, and back: images have their first row on top.
@@ -21,7 +22,8 @@ struct Screen<'a> {
     tree: &'a TexelTree,
     footprint: UvFootprint,
     two_sided: bool,
-    reference: &'a Reference,
+    /// Where it is seen from; points are drawn by brightness and area alone where it is from nowhere.
+    reference: Option<&'a Reference>,
 }
 
 /// The primitive's place in the image.
@@ -36,11 +38,17 @@ fn polygon(footprint: &UvFootprint) -> ([Vec2; 4], usize) {
 
 impl Screen<'_> {
     fn steer(&self, at: Vec2, area: f32) -> Steering {
+        /// The share of the texture over which area is taken to be spread evenly.
+        const EVEN_PART: f32 = 1.0 / 64.0;
         /// The largest ratio of a part's area to its distance squared at which its middle stands for all of it.
         const FAR: f32 = 0.06;
         let Some(point) = self.shape.at_uv(self.primitive, image_coordinates(at)) else { return Steering::NONE };
+        let Some(reference) = self.reference else {
+            let is_settled = matches!(self.shape, Shape::Triangles(_)) || area <= EVEN_PART * self.uv_area();
+            return Steering { factor: point.area_by_uv.clamp(1e-20, 1e20), is_settled };
+        };
         let area = point.area_by_uv * area;
-        let to = point.position - self.reference.position;
+        let to = point.position - reference.position;
         let distance_squared = to.length_squared();
         let is_settled = area <= FAR * distance_squared;
         // About the tangent of the angle to the part's border: by so much cosines may be larger there.
@@ -48,9 +56,16 @@ impl Screen<'_> {
         let direction = to * distance_squared.max(f32::MIN_POSITIVE).sqrt().recip();
         let leaving = -point.normal.dot(direction);
         let leaving = if self.two_sided { leaving.abs() } else { leaving.max(0.0) };
-        let arriving = self.reference.normal.map_or(1.0, |n| n.dot(direction).abs());
+        let arriving = reference.normal.map_or(1.0, |n| n.dot(direction).abs());
         let factor = (leaving + reach) * (arriving + reach) * point.area_by_uv / distance_squared.max(0.5 * area);
         Steering { factor: factor.clamp(1e-20, 1e20), is_settled }
+    }
+
+    /// The area of the primitive in texture coordinates.
+    fn uv_area(&self) -> f32 {
+        let corners = self.footprint.corners();
+        let next = corners.iter().cycle().skip(1);
+        0.5 * corners.iter().zip(next).map(|(a, b)| (*a - corners[0]).perp_dot(*b - corners[0])).sum::<f32>().abs()
     }
 
     fn sample(&self, u: Vec2) -> Option<(Vec2, f32)> {
@@ -72,7 +87,7 @@ fn solid_angle_density(density: f32, to: Vec3, normal: Vec3) -> f32 {
 }
 
 impl AreaLight {
-    fn screen<'a>(&self, context: LightContext<'a>, reference: &'a Reference) -> Option<Screen<'a>> {
+    fn screen<'a>(&self, context: LightContext<'a>, reference: Option<&'a Reference>) -> Option<Screen<'a>> {
         let emission = &context.emissions[self.emission as usize];
         let tree = emission.tree.as_deref().filter(|_| emission.is_drawn_by_image)?;
         let shape = context.accelerator.shape(ShapeId(self.shape));
@@ -97,7 +112,7 @@ impl AreaLight {
         u: Vec2,
         wavelengths: &Wavelengths,
     ) -> Option<LightSample> {
-        let screen = self.screen(context, reference)?;
+        let screen = self.screen(context, Some(reference))?;
         let (at, density) = screen.sample(u)?;
         let uv = image_coordinates(at);
         let point = screen.shape.at_uv(screen.primitive, uv)?;
@@ -116,10 +131,41 @@ impl AreaLight {
 
     /// The density of [`sample_by_image`](Self::sample_by_image) in solid angle at a point that a ray has hit.
     pub(super) fn pdf_by_image(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
-        let Some(screen) = self.screen(context, reference) else { return 0.0 };
+        let Some(screen) = self.screen(context, Some(reference)) else { return 0.0 };
         let Some(area_by_uv) = screen.shape.area_by_uv(screen.primitive, hit.parametric) else { return 0.0 };
         let density = screen.pdf(hit.uv) / area_by_uv;
         solid_angle_density(density, hit.position - reference.position, hit.geometric_normal)
+    }
+}
+
+impl AreaLight {
+    /// A point drawn by the image, for `reference` or for nobody in particular, with its density in area.
+    pub(super) fn sample_image_point(
+        &self,
+        context: LightContext<'_>,
+        reference: Option<&Reference>,
+        u: Vec2,
+    ) -> Option<(EmittingPoint, f32)> {
+        let screen = self.screen(context, reference)?;
+        let (at, density) = screen.sample(u)?;
+        let uv = image_coordinates(at);
+        let UvPoint { position, position_error: error, normal, area_by_uv } =
+            screen.shape.at_uv(screen.primitive, uv)?;
+        let parametric = parametric_at(screen.shape, screen.primitive, position, uv);
+        Some((EmittingPoint { position, error, normal, uv, parametric }, density / area_by_uv))
+    }
+
+    /// The density of [`sample_image_point`](Self::sample_image_point) in area.
+    pub(super) fn image_point_pdf(
+        &self,
+        context: LightContext<'_>,
+        reference: Option<&Reference>,
+        point: &EmittingPoint,
+    ) -> f32 {
+        let Some(screen) = self.screen(context, reference) else { return 0.0 };
+        let Some(area_by_uv) = screen.shape.area_by_uv(screen.primitive, point.parametric) else { return 0.0 };
+        let density = screen.pdf(point.uv) / area_by_uv;
+        if density.is_finite() { density } else { 0.0 }
     }
 }
 

@@ -55,7 +55,15 @@ impl fmt::Display for LightSampler {
 /// Chooses a light, with a known probability. Lights that give nothing, or leave all to the BSDF where they may, are
 /// never chosen.
 #[derive(Clone, Debug)]
-pub enum LightSelection {
+pub struct LightSelection {
+    choice: Choice,
+    /// The choice of where paths begin that are traced from lights.
+    emitters: Discrete,
+}
+
+/// How a light is chosen from a point.
+#[derive(Clone, Debug)]
+enum Choice {
     /// With the same probabilities from everywhere.
     Fixed(ByCombination<Discrete>),
     /// As it matters where it is asked from.
@@ -98,51 +106,64 @@ impl LightSelection {
             let context = LightContext { combination, ..context };
             lights.iter().map(move |light| light.power(context, scene_radius))
         };
-        match sampler {
-            LightSampler::Bvh if !is_hierarchy_of_use(lights) => {
-                Self::new(LightSampler::Power, lights, context, scene_radius)
-            }
-            LightSampler::Uniform => ByCombination::try_new(|combination| {
+        let by_power = |combination| {
+            let powers: Vec<f64> = powers(combination).collect();
+            table(&mostly_by_power(&powers))
+        };
+        let choice = match sampler {
+            LightSampler::Uniform => Choice::Fixed(ByCombination::try_new(|combination| {
                 let weights: Vec<f32> = powers(combination).map(|p| if p > 0.0 { 1.0 } else { 0.0 }).collect();
                 table(&weights)
-            })
-            .map(Self::Fixed),
-            LightSampler::Power => ByCombination::try_new(|combination| {
-                let powers: Vec<f64> = powers(combination).collect();
-                table(&mostly_by_power(&powers))
-            })
-            .map(Self::Fixed),
-            LightSampler::Bvh => HierarchySelection::new(lights, context).map(|made| Self::Hierarchy(Box::new(made))),
-        }
+            })?),
+            LightSampler::Bvh if is_hierarchy_of_use(lights) => {
+                Choice::Hierarchy(Box::new(HierarchySelection::new(lights, context)?))
+            }
+            LightSampler::Power | LightSampler::Bvh => Choice::Fixed(ByCombination::try_new(by_power)?),
+        };
+        Ok(Self { choice, emitters: by_power(Combination::Alone)? })
     }
 
     /// A light's number as seen from `reference`, the probability of choosing it, and a fresh number in `[0, 1)` made of
     /// what choosing has left of `u`; `None` if no light is to be asked.
     #[inline]
     pub fn sample(&self, combination: Combination, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
-        match self {
-            Self::Fixed(tables) => {
+        match &self.choice {
+            Choice::Fixed(tables) => {
                 Some(tables.get(combination).sample(u)).filter(|(_, probability, _)| *probability > 0.0)
             }
-            Self::Hierarchy(hierarchy) => hierarchy.sample(combination, reference, u),
+            Choice::Hierarchy(hierarchy) => hierarchy.sample(combination, reference, u),
         }
     }
 
     /// The probability of choosing a light from `reference`.
     #[inline]
     pub fn probability(&self, combination: Combination, reference: &Reference, light: usize) -> f32 {
-        match self {
-            Self::Fixed(tables) => tables.get(combination).probability(light),
-            Self::Hierarchy(hierarchy) => hierarchy.probability(combination, reference, light),
+        match &self.choice {
+            Choice::Fixed(tables) => tables.get(combination).probability(light),
+            Choice::Hierarchy(hierarchy) => hierarchy.probability(combination, reference, light),
         }
+    }
+
+    /// A light's number for a path that is traced from it, mostly by power and the same from everywhere, with its
+    /// probability and a fresh number as from [`sample`](Self::sample).
+    #[inline]
+    pub fn sample_emitter(&self, u: f32) -> Option<(usize, f32, f32)> {
+        Some(self.emitters.sample(u)).filter(|(_, probability, _)| *probability > 0.0)
+    }
+
+    /// The probability of [`sample_emitter`](Self::sample_emitter).
+    #[inline]
+    pub fn emitter_probability(&self, light: usize) -> f32 {
+        self.emitters.probability(light)
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        match self {
-            Self::Fixed(tables) => 48 * tables.alone.len(),
-            Self::Hierarchy(hierarchy) => hierarchy.tree.bytes() + hierarchy.far_index.len() * size_of::<u32>(),
-        }
+        let choice = match &self.choice {
+            Choice::Fixed(tables) => 48 * tables.alone.len(),
+            Choice::Hierarchy(hierarchy) => hierarchy.tree.bytes() + hierarchy.far_index.len() * size_of::<u32>(),
+        };
+        choice + 24 * self.emitters.len()
     }
 }
 

@@ -10,9 +10,8 @@ use crate::bsdf::{
     Base, Bsdf, CoatInterface, CoatMedium, CoatWeights, CoatedDiffuse, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
 };
-use crate::chance::chance;
+use crate::chance::chance_at;
 use crate::texture::{FloatTextureId, SpectrumTextureId, SurfaceContext, Textures};
-use glam::Vec3;
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
 
 /// Names a material of the world.
@@ -222,11 +221,11 @@ impl Material {
     }
 
     /// The material that a mix stands for at a point; `None` for any other.
-    pub(crate) fn choose(&self, textures: &Textures, context: &SurfaceContext, outgoing: Vec3) -> Option<MaterialId> {
+    pub(crate) fn choose(&self, textures: &Textures, context: &SurfaceContext) -> Option<MaterialId> {
         let Scattering::Mix { materials, amount } = &self.scattering else { return None };
         let amount = textures.float(*amount, context);
-        // The choice is a pure function of the point and the direction, so that a path can be traced again.
-        let u = chance(context.position, outgoing, materials[0].0 ^ materials[1].0.rotate_left(16));
+        // The choice is a pure function of the point, so that a path finds the same from either of its ends.
+        let u = chance_at(context.position, materials[0].0 ^ materials[1].0.rotate_left(16));
         Some(materials[usize::from(amount >= 1.0 || (amount > 0.0 && u < amount))])
     }
 

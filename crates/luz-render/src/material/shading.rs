@@ -22,14 +22,13 @@ pub struct Shading<'w> {
 }
 
 impl<'w> Shading<'w> {
-    /// What stands at `interaction`, seen from `outgoing`; `None` where nothing scatters. Without differentials of the
+    /// What stands at `interaction`, wherever it is seen from; `None` where nothing scatters. Without differentials of the
     /// ray, textures are filtered by what the camera would see there.
     #[inline(always)]
     pub fn at(
         world: &'w World,
         camera: &Camera,
         interaction: &Interaction,
-        outgoing: Vec3,
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Self> {
@@ -41,7 +40,7 @@ impl<'w> Shading<'w> {
             SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() }
         };
         // A chain of mixes is as long as the scene file made it, and has no circles.
-        while let Some(chosen) = material.choose(world.textures(), &context, outgoing) {
+        while let Some(chosen) = material.choose(world.textures(), &context) {
             material = world.material(chosen);
         }
         let bsdf = material.bsdf(world.textures(), &context, wavelengths)?;

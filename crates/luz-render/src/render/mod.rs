@@ -27,8 +27,9 @@ pub use shard::Shard;
 
 use crate::camera::Camera;
 use crate::film::Film;
+use crate::integrator::metropolis::path_space::PathSpaceMetropolis;
 use crate::integrator::metropolis::{DirectLight, PrimarySpace};
-use crate::integrator::{Integrator, PathIntegrator, PathObserver, Technique};
+use crate::integrator::{BidirectionalTracer, Integrator, PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use chains::{ChainRounds, Chains};
@@ -61,11 +62,14 @@ pub struct Renderer<'a> {
 impl<'a> Renderer<'a> {
     /// A render of which no pass is done.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Self {
-        let pixels =
-            pixel_estimator(&settings.integrator).map(|estimator| PixelRounds::new(estimator, world, camera, settings));
+        let pixels = pixel_estimator(world, camera, settings)
+            .map(|estimator| PixelRounds::new(estimator, world, camera, settings));
         let chains: Option<Box<dyn Chains + 'a>> = match &settings.integrator {
             Integrator::PrimarySpace(options) => {
                 Some(Box::new(ChainRounds::new(PrimarySpace::new(world, camera, settings, *options), settings)))
+            }
+            Integrator::PathSpace(options) => {
+                Some(Box::new(ChainRounds::new(PathSpaceMetropolis::new(world, camera, settings, *options), settings)))
             }
             _ => None,
         };
@@ -266,10 +270,19 @@ impl<'a> Renderer<'a> {
 }
 
 /// Who samples pixels, where anyone does.
-fn pixel_estimator<'a>(integrator: &Integrator) -> Option<Estimator<'a>> {
+fn pixel_estimator<'a>(world: &'a World, camera: &'a Camera, settings: &'a Settings) -> Option<Estimator<'a>> {
+    let integrator = &settings.integrator;
     match integrator {
         Integrator::Path(path) => Some(Estimator::Path(*path)),
-        Integrator::Light(_) | Integrator::Bidirectional(_) => None,
+        Integrator::Light(bidirectional) | Integrator::Bidirectional(bidirectional) => {
+            let window = settings.film_window();
+            Some(Estimator::Splatting(Box::new(BidirectionalTracer {
+                settings: *bidirectional,
+                world,
+                camera,
+                window,
+            })))
+        }
         Integrator::PrimarySpace(_) | Integrator::Multiplexed(_) | Integrator::PathSpace(_) => {
             let is_separate = integrator.metropolis().is_some_and(|m| m.direct_light == DirectLight::Separate);
             is_separate.then(|| Estimator::Path(direct_light(integrator.max_depth())))

@@ -26,7 +26,6 @@ pub(super) enum Estimator<'a> {
     /// A path tracer.
     Path(PathIntegrator),
     /// An estimator that splats.
-    #[cfg_attr(not(test), expect(dead_code, reason = "bidirectional path tracing is about to come"))]
     Splatting(Box<dyn SplattingEstimator + 'a>),
 }
 

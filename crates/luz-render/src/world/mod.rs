@@ -6,7 +6,7 @@ mod statistics;
 pub use build::{Loaded, build};
 pub use statistics::{ShapeCount, WorldStatistics};
 
-use crate::chance::chance;
+use crate::chance::chance_of_ray;
 use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, LightContext, LightSelection, Target};
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
@@ -147,7 +147,12 @@ impl World {
     /// True if nothing stands between a surface point and a target in the unit direction `direction`.
     #[inline]
     pub fn is_visible(&self, from: &SurfacePoint, direction: Vec3, target: Target) -> bool {
-        let origin = from.offset_origin(direction);
+        self.is_clear(from.offset_origin(direction), direction, target, from.time)
+    }
+
+    /// True if nothing stands between a point that is clear of all surfaces and a target in the unit direction `direction`.
+    #[inline]
+    pub(crate) fn is_clear(&self, origin: Vec3, direction: Vec3, target: Target, time: f32) -> bool {
         let (direction, t_max) = match target {
             Target::Infinity => (direction, f32::INFINITY),
             Target::Point(position) => (position - origin, SHADOW_END),
@@ -155,7 +160,7 @@ impl World {
                 (offset_ray_origin(position, error, normal, origin - position) - origin, SHADOW_END)
             }
         };
-        let ray = Ray { origin, direction, t_max, time: from.time };
+        let ray = Ray { origin, direction, t_max, time };
         !if self.has_passages {
             self.accelerator.any_hit_filtered(&ray, |hit| self.stops_shadow(&ray, hit))
         } else {
@@ -181,7 +186,7 @@ impl World {
         let surface = self.accelerator.surface(ray, hit);
         let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
         let mut material = self.material(material);
-        while let Some(chosen) = material.choose(&self.textures, &context, -ray.direction) {
+        while let Some(chosen) = material.choose(&self.textures, &context) {
             material = self.material(chosen);
         }
         !material.always_scatters()
@@ -193,6 +198,6 @@ impl World {
         let surface = self.accelerator.surface(ray, hit);
         let context = SurfaceContext { position: surface.position, uv: surface.uv, ..Default::default() };
         let alpha = self.textures.float(alpha, &context);
-        alpha >= 1.0 || (alpha > 0.0 && chance(ray.origin, ray.direction, 0) < alpha)
+        alpha >= 1.0 || (alpha > 0.0 && chance_of_ray(ray.origin, ray.direction) < alpha)
     }
 }

@@ -2,6 +2,7 @@
 
 #![allow(dead_code)]
 
+pub mod transport_scenes;
 pub mod ways;
 
 use luz_geometry::SimdLevel;

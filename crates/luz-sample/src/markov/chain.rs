@@ -136,6 +136,12 @@ impl<S, D: Density> Chain<S, D> {
 }
 
 impl<S, D: Copy> Chain<S, D> {
+    /// The same chain with its state in another form, if there is one: as it is kept in files, say.
+    pub fn map<T>(&self, form: impl FnOnce(&S) -> Option<T>) -> Option<Chain<T, D>> {
+        let Self { seed, number, steps, ref state, density, stay, longest_stay, acceptance } = *self;
+        Some(Chain { seed, number, steps, state: form(state)?, density, stay, longest_stay, acceptance })
+    }
+
     /// Where the chain is.
     pub fn state(&self) -> &S {
         &self.state

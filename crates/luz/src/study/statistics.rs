@@ -51,6 +51,15 @@ pub fn mean_interval(values: &[f64]) -> Option<Interval> {
     Some(Interval { value: running.mean(), low: running.mean() - half, high: running.mean() + half })
 }
 
+/// The number in the middle, or the mean of both in the middle; `None` without any.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    let upper = *sorted.get(middle)?;
+    Some(if sorted.len().is_multiple_of(2) { 0.5 * (sorted[middle - 1] + upper) } else { upper })
+}
+
 /// The ratio of two means, `(Σ aᵢ) / (Σ bᵢ)`, of repetitions that belong together by pairs: those of the same seed, rendered
 /// in turns, whose errors and times go up and down together.
 ///
@@ -204,6 +213,13 @@ mod tests {
             }
         }
         assert!((student_t_quantile(0.975, 3.0) - 3.182_446_305).abs() < 1e-8);
+    }
+
+    #[test]
+    fn medians_lie_in_the_middle() {
+        assert_eq!(median(&[]), None);
+        assert_eq!(median(&[3.0, 1.0, 1e9]), Some(3.0));
+        assert_eq!(median(&[4.0, 1.0, 1e9, 2.0]), Some(3.0));
     }
 
     #[test]

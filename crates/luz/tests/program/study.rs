@@ -52,7 +52,9 @@ fn a_study_writes_a_report_that_stands_alone_and_its_numbers() {
     let csv = std::fs::read_to_string(folder.path().join("study.csv")).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 1 + 4 * 2 * 4);
-    assert!(lines[0].starts_with("variant,sampler,max-depth,seed,is_last,rounds,samples,seconds,mse,relmse"));
+    assert!(
+        lines[0].starts_with("variant,sampler,max-depth,seed,is_last,rounds,samples,seconds,mse,relmse,trimmed_relmse")
+    );
     assert!(lines[1].starts_with("independent · max-depth 1,independent,1,0,0,1,1.0,"));
 
     let html = std::fs::read_to_string(folder.path().join("study.html")).unwrap();

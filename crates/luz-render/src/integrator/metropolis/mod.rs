@@ -4,6 +4,7 @@
 //! picture together; a kind is a [`ChainProcess`].
 
 mod importance;
+pub mod path_space;
 mod primary_space;
 mod settings;
 mod statistics;

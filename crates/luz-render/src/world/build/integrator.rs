@@ -5,7 +5,9 @@ use crate::film::FilmKind;
 use crate::integrator::metropolis::{
     DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimaryEstimator, PrimarySpaceIntegrator,
 };
-use crate::integrator::{BidirectionalIntegrator, Integrator, IntegratorKind, PathIntegrator, Technique};
+use crate::integrator::{
+    BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind, PathIntegrator, Technique,
+};
 use crate::light::LightSampler;
 use crate::settings::{MetropolisOverrides, Overrides};
 use luz_sample::markov::Kernel;
@@ -26,12 +28,17 @@ pub(super) fn integrator(context: &mut Context<'_>, overrides: &Overrides) -> In
         let warning = Diagnostic::warning(span, format!("`regularize` is not heeded by the integrator `{kind}`"));
         context.diagnostics.push(warning.with_help("path tracing heeds it"));
     }
+    let bidirectional = |techniques| BidirectionalIntegrator {
+        max_depth,
+        techniques,
+        heuristic: overrides.heuristic.unwrap_or_default(),
+    };
     match kind {
         IntegratorKind::Path => Integrator::Path(path(context, entity, max_depth, overrides)),
-        IntegratorKind::Light => Integrator::Light(BidirectionalIntegrator { max_depth }),
+        IntegratorKind::Light => Integrator::Light(bidirectional(BidirectionalTechniques::Light)),
         IntegratorKind::Bidirectional => {
             refuse_pictures_of_strategies(context, entity);
-            Integrator::Bidirectional(BidirectionalIntegrator { max_depth })
+            Integrator::Bidirectional(bidirectional(BidirectionalTechniques::All))
         }
         IntegratorKind::PrimarySpace => {
             let estimator = overrides.metropolis.estimator.unwrap_or_default();
@@ -117,10 +124,7 @@ fn kind(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> In
         );
         IntegratorKind::Path
     });
-    if matches!(
-        kind,
-        IntegratorKind::Light | IntegratorKind::Bidirectional | IntegratorKind::Multiplexed | IntegratorKind::PathSpace
-    ) {
+    if kind == IntegratorKind::Multiplexed {
         let span = if overrides.integrator.is_none() { Some(entity.kind_span) } else { None };
         not_yet(context, span, &format!("the integrator `{kind}`"));
     }
@@ -189,7 +193,11 @@ fn refuse_what_is_for_others(context: &mut Context<'_>, kind: IntegratorKind, ov
             (overrides.adaptive.is_some(), "adaptive sampling", why_not_adaptive),
             (overrides.technique_images, "an image of each technique", TWO),
             (overrides.technique.is_some(), "a choice of techniques", TWO),
-            (overrides.heuristic.is_some(), "a choice of the heuristic", TWO),
+            (
+                overrides.heuristic.is_some() && kind != IntegratorKind::Bidirectional,
+                "a choice of the heuristic",
+                "`path` and `bdpt` weight techniques",
+            ),
             (overrides.roulette.is_some(), "a choice of roulette", "path tracing alone has it"),
         ];
         given.iter().filter(|given| given.0).for_each(|(_, what, why)| refuse(None, what, why));

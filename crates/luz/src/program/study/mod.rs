@@ -19,7 +19,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use luz::image::{Format, Image, ToneMap};
 use luz::render::Overrides;
 use luz::scene::{Diagnostics, SourceMap};
-use luz::study::number::significant;
 use luz::study::render::{
     Axis, Budget, Monitor, Outcome, PageOptions, Progress, ReferenceSource, Study, StudyError, Variant, product,
     run as run_study,
@@ -202,29 +201,13 @@ fn write(arguments: &StudyArguments, files: &Files, outcome: &Outcome) -> Result
     Ok(())
 }
 
-/// The efficiencies, for those who do not open the report at once.
+/// The numbers, for those who do not open the report at once.
 fn summary(outcome: &Outcome) -> String {
-    let longest = outcome.variants.iter().map(|v| v.name.chars().count()).max().unwrap_or(0);
     let mut out = String::new();
     if outcome.interrupted {
         out += &format!("interrupted: {} of {} seeds are complete\n", outcome.seeds_done(), outcome.setup.seeds);
     }
-    for (index, variant) in outcome.variants.iter().enumerate() {
-        let s = &variant.summary;
-        let mse = s.mse.map_or("–".to_owned(), |i| significant(i.value, 3));
-        let efficiency = match s.efficiency {
-            _ if index == 0 => "efficiency 1".to_owned(),
-            Some(i) if i.is_bounded() => {
-                let [value, low, high] = [i.value, i.low, i.high].map(|v| significant(v, 3));
-                format!("efficiency {value} ({low} – {high})")
-            }
-            Some(i) => format!("efficiency {}", significant(i.value, 3)),
-            None => "efficiency not known: its error is below the reference's".to_owned(),
-        };
-        let samples = significant(s.samples, 4);
-        out += &format!("{:<longest$}  {samples:>6} samples  MSE {mse:<12}  {efficiency}\n", variant.name);
-    }
-    out
+    out + &outcome.to_text()
 }
 
 /// What was typed, as far as a shell would take it again.

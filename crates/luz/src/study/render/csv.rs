@@ -4,12 +4,23 @@ use super::Outcome;
 use crate::study::table::{csv_number, csv_row};
 
 impl Outcome {
-    /// A row for every variant, seed and checkpoint: the variant's values on the axes, the seed, samples per pixel, seconds, MSE and
-    /// relMSE (both less the reference's own), and of the render at its end paths and rays.
+    /// A row for every variant, seed and checkpoint: the variant's values on the axes, the seed, samples per pixel, seconds, MSE,
+    /// relMSE and trimmed relMSE (less the reference's own), and of the render at its end paths and rays.
     pub fn to_csv(&self) -> String {
         let axes = self.axes.iter().map(|axis| axis.name.as_str());
-        let measured =
-            ["seed", "is_last", "rounds", "samples", "seconds", "mse", "relmse", "paths", "rays", "shadow_rays"];
+        let measured = [
+            "seed",
+            "is_last",
+            "rounds",
+            "samples",
+            "seconds",
+            "mse",
+            "relmse",
+            "trimmed_relmse",
+            "paths",
+            "rays",
+            "shadow_rays",
+        ];
         let mut out = csv_row(["variant"].into_iter().chain(axes).chain(measured));
         for variant in &self.variants {
             for run in &variant.runs {
@@ -25,6 +36,7 @@ impl Outcome {
                         csv_number(point.seconds),
                         csv_number(point.errors.mse),
                         csv_number(point.errors.rel_mse),
+                        csv_number(point.errors.trimmed_rel_mse),
                         at_end(run.cost.paths),
                         at_end(run.cost.rays),
                         at_end(run.cost.shadow_rays),

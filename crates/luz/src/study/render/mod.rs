@@ -16,6 +16,7 @@ mod page;
 mod prepare;
 mod reference;
 mod schedule;
+mod text;
 
 pub use axes::{Axis, Variant, product};
 pub use measure::Errors;

@@ -5,7 +5,7 @@ use super::prepare::Prepared;
 use super::reference::{Reference, ReferenceOrigin, ReferenceSummary};
 use super::{Axis, Budget, Study};
 use crate::study::statistics::{
-    CONFIDENCE, Interval, PowerLaw, fit_power_law, mean_interval, ratio_interval, student_t_quantile,
+    CONFIDENCE, Interval, PowerLaw, fit_power_law, mean_interval, median, ratio_interval, student_t_quantile,
 };
 use luz_image::Image;
 use luz_render::RenderCost;
@@ -59,10 +59,19 @@ pub struct VariantSummary {
     pub mse: Option<Interval>,
     /// The relative mean squared error at the end.
     pub rel_mse: Option<Interval>,
+    /// The relative mean squared error at the end without the worst pixels, [`Errors::trimmed_rel_mse`].
+    pub trimmed_rel_mse: Option<Interval>,
     /// 1 / (MSE · time) over that of the first variant; `None` where an MSE is not above zero.
     pub efficiency: Option<Interval>,
     /// 1 / (relMSE · time) over that of the first variant.
     pub rel_efficiency: Option<Interval>,
+    /// 1 / (relMSE · time) without the worst pixels over that of the first variant.
+    pub trimmed_rel_efficiency: Option<Interval>,
+    /// The median over the seeds of MSE · time, that of the first variant over this one's: an efficiency that a seed with a single
+    /// bright pixel does not decide. `None` where a median is not above zero.
+    pub median_efficiency: Option<f64>,
+    /// The same by the relMSE.
+    pub median_rel_efficiency: Option<f64>,
     /// The exponents of the MSE and of the relMSE as powers of the samples.
     pub slopes_by_samples: [Option<Interval>; 2],
     /// The exponents of the MSE and of the relMSE as powers of the time.
@@ -270,6 +279,9 @@ pub(super) type Measure = fn(&Errors) -> f64;
 /// MSE and relMSE.
 pub(super) const MEASURES: [(&str, Measure); 2] = [("MSE", |e| e.mse), ("relMSE", |e| e.rel_mse)];
 
+/// relMSE without the worst pixels.
+const TRIMMED_REL_MSE: Measure = |e| e.trimmed_rel_mse;
+
 fn summarize(runs: &[SeedRun], first: &[SeedRun], accumulator: &Accumulator, reference: &Reference) -> VariantSummary {
     let count = runs.len().max(1) as f64;
     let total = |f: &dyn Fn(&RenderCost) -> f64| runs.iter().map(|run| f(&run.cost)).sum::<f64>();
@@ -278,9 +290,13 @@ fn summarize(runs: &[SeedRun], first: &[SeedRun], accumulator: &Accumulator, ref
     let per = |amount: f64, of: f64| if of > 0.0 { amount / of } else { 0.0 };
     let last = |run: &SeedRun, measure: Measure| run.checkpoints.last().map_or(f64::NAN, |c| measure(&c.errors));
     let at_end = |measure: Measure| mean_interval(&runs.iter().map(|run| last(run, measure)).collect::<Vec<_>>());
-    let efficiency = |measure: Measure| {
-        let costs = |runs: &[SeedRun]| runs.iter().map(|run| last(run, measure) * run.cost.seconds).collect::<Vec<_>>();
-        ratio_interval(&costs(first), &costs(runs))
+    let costs = |runs: &[SeedRun], measure: Measure| {
+        runs.iter().map(|run| last(run, measure) * run.cost.seconds).collect::<Vec<_>>()
+    };
+    let efficiency = |measure: Measure| ratio_interval(&costs(first, measure), &costs(runs, measure));
+    let median_efficiency = |measure: Measure| {
+        let [a, b] = [first, runs].map(|runs| median(&costs(runs, measure)).filter(|m| *m > 0.0 && m.is_finite()));
+        Some(a? / b?)
     };
     let slopes = |x: fn(&Checkpoint) -> f64| MEASURES.map(|(_, measure)| slope(runs, x, measure));
     VariantSummary {
@@ -292,8 +308,12 @@ fn summarize(runs: &[SeedRun], first: &[SeedRun], accumulator: &Accumulator, ref
         shadow_rays_per_path: per(shadow, paths),
         mse: at_end(MEASURES[0].1),
         rel_mse: at_end(MEASURES[1].1),
+        trimmed_rel_mse: at_end(TRIMMED_REL_MSE),
         efficiency: efficiency(MEASURES[0].1),
         rel_efficiency: efficiency(MEASURES[1].1),
+        trimmed_rel_efficiency: efficiency(TRIMMED_REL_MSE),
+        median_efficiency: median_efficiency(MEASURES[0].1),
+        median_rel_efficiency: median_efficiency(MEASURES[1].1),
         slopes_by_samples: slopes(|c| c.samples),
         slopes_by_seconds: slopes(|c| c.seconds),
         brightness: brightness(&accumulator.means, reference),
@@ -372,7 +392,7 @@ mod tests {
             rounds,
             samples: f64::from(rounds),
             seconds: 0.1 * f64::from(rounds),
-            errors: Errors { mse, rel_mse: 2.0 * mse },
+            errors: Errors { mse, rel_mse: 2.0 * mse, trimmed_rel_mse: mse },
         };
         let checkpoints: Vec<Checkpoint> = points.iter().map(checkpoint).collect();
         let rounds = points.last().map_or(0, |p| p.0);

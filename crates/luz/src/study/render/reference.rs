@@ -1,6 +1,6 @@
 //! What pictures are compared with, and how far it can be trusted.
 
-use super::measure::Errors;
+use super::measure::{Errors, trimmed_mean};
 use super::prepare::Prepared;
 use super::{Monitor, Progress, REFERENCE_FACTOR, StudyError, Work};
 use luz_image::metrics::RELATIVE_EPSILON;
@@ -57,7 +57,7 @@ pub(super) struct Reference {
     pub size: [usize; 2],
     /// R, G, B of every pixel.
     pub mean: Vec<[f64; 3]>,
-    /// The mean over the compared pixels and channels of Var(r), and of Var(r) / (r² + 0.01).
+    /// The mean over the compared pixels and channels of Var(r), and of Var(r) / (r² + 0.01), also trimmed.
     pub own: Option<Errors>,
     /// How many pixels are finite.
     pub compared: usize,
@@ -81,17 +81,18 @@ impl Reference {
 
     /// With the variances of its pixels, of which its own error follows.
     fn with_variance(mut self, variance: Vec<[f64; 3]>) -> Self {
-        let mut own = Errors::default();
+        let (mut mse, mut relative) = (0.0, Vec::with_capacity(self.compared));
         for (mean, variance) in self.mean.iter().zip(&variance) {
             if mean.iter().all(|v| v.is_finite()) {
-                for (m, v) in mean.iter().zip(variance) {
-                    own.mse += v;
-                    own.rel_mse += v / (m * m + RELATIVE_EPSILON);
-                }
+                mse += variance.iter().sum::<f64>();
+                let pixel: f64 = mean.iter().zip(variance).map(|(m, v)| v / (m * m + RELATIVE_EPSILON)).sum();
+                relative.push([pixel; 2]);
             }
         }
         let count = 3.0 * self.compared.max(1) as f64;
-        self.own = Some(Errors { mse: own.mse / count, rel_mse: own.rel_mse / count });
+        let rel_mse = relative.iter().map(|pixel| pixel[0]).sum::<f64>() / count;
+        let trimmed_rel_mse = trimmed_mean(&mut relative) / 3.0;
+        self.own = Some(Errors { mse: mse / count, rel_mse, trimmed_rel_mse });
         self.variance = Some(variance);
         self
     }

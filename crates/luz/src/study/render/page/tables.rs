@@ -48,14 +48,38 @@ impl Outcome {
             let rows = self.variants.iter().enumerate().map(row).collect();
             Table { caption: caption.to_owned(), columns: columns.map(str::to_owned).to_vec(), rows }.html()
         };
+        let robust = |style: usize, s: &VariantSummary| {
+            let efficiency = |i: Option<Interval>| if style == 0 { "1".to_owned() } else { short(i) };
+            let median = |m: Option<f64>| m.map_or("–".to_owned(), |m| significant(m, 3));
+            vec![
+                short(s.trimmed_rel_mse),
+                efficiency(s.rel_efficiency),
+                efficiency(s.trimmed_rel_efficiency),
+                median(s.median_efficiency),
+                median(s.median_rel_efficiency),
+            ]
+        };
         table("Errors and efficiencies", ["Variant", "Samples", "Seconds", "MSE", "relMSE", "Efficiency"], &errors)
+            + &table(
+                "By other measures of the error",
+                [
+                    "Variant",
+                    "relMSE, trimmed",
+                    "Efficiency, relMSE",
+                    "Efficiency, trimmed",
+                    "Median efficiency",
+                    "Median, relMSE",
+                ],
+                &robust,
+            )
             + &table(
                 "Convergence, bias, speed",
                 ["Variant", "Slope", "Brightness", "Bias² / MSE", "Paths/s", "Rays/s"],
                 &more,
             )
             + &note(
-                "Means over the seeds. Brightness is the mean of the picture relative to the reference's, with the uncertainty of both. \
+                "Means over the seeds. Trimmed errors leave out the worst thousandth of the pixels, median efficiencies come from the seed in the \
+                 middle: where they tell another story, few bright pixels or one seed decide. Brightness is the mean of the picture relative to the reference's, with the uncertainty of both. \
                  Bias² is the part of the MSE that is the same for all seeds; without bias it scatters around zero (its interval takes pixels as independent).",
             )
     }

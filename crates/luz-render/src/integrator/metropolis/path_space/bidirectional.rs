@@ -1,0 +1,293 @@
+//! The bidirectional mutation (Veach 1997, section 11.4.1): deletes a part of the path, anywhere, and puts new vertices in its place,
+//! as many or more or fewer, some by a walk from the light's end and some from the eye's.
+//!
+//! It can replace the whole path by any other, and makes chains ergodic; most of the time it changes little. All the ways in which
+//! the new vertices could have been divided between the two walks count in `T`.
+
+use super::mutation::{Attempt, Kept, Mutation, is_connected};
+use crate::transport::{Bounce, Extension, Node, Path, PathSpace, Side};
+use luz_sample::Samples;
+
+/// See the [module](self).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bidirectional {
+    /// The fewest vertices that paths have, at least 2.
+    pub fewest: usize,
+    /// The most.
+    pub most: usize,
+}
+
+/// The relative probability of deleting a part of `vertices` vertices: short ones for acceptance, that of a single vertex most of all
+/// (the thesis's p_{d,1}, over the number of edges).
+fn deletion_weight(vertices: usize) -> f64 {
+    match vertices {
+        0 => 0.25,
+        1 => 0.5,
+        _ => 0.5f64.powi(vertices.min(1000) as i32 + 1),
+    }
+}
+
+/// The relative probability of adding `added` vertices where `deleted` were (p_{a,1}).
+fn addition_weight(deleted: usize, added: usize) -> f64 {
+    match deleted.abs_diff(added) {
+        0 => 0.5,
+        1 => 0.15,
+        difference => 0.2 * 0.5f64.powi(difference.min(1000) as i32),
+    }
+}
+
+/// Draws `i` with the given relative probabilities.
+fn draw(weights: impl Iterator<Item = f64> + Clone, u: f32) -> usize {
+    let total: f64 = weights.clone().sum();
+    let mut left = f64::from(u) * total;
+    let mut last = 0;
+    for (i, weight) in weights.enumerate() {
+        if weight > 0.0 {
+            if left < weight {
+                return i;
+            }
+            last = i;
+        }
+        left -= weight;
+    }
+    last
+}
+
+/// `ln Σ exp`, of a few numbers.
+fn ln_sum(terms: &[f64]) -> f64 {
+    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if largest == f64::NEG_INFINITY {
+        return largest;
+    }
+    largest + terms.iter().map(|term| (term - largest).exp()).sum::<f64>().ln()
+}
+
+impl Bidirectional {
+    /// How many places there are for a deletion of so many of a path's `n` vertices, not all of them. An end that is kept stays an end.
+    fn placements(n: usize, deleted: usize) -> usize {
+        if deleted == 0 { n - 1 } else { n - deleted + 1 }
+    }
+
+    /// The parts that can be deleted of a path of `n` vertices have up to `n − 1`.
+    fn deletions(n: usize) -> impl Iterator<Item = f64> + Clone {
+        (0..n).map(deletion_weight)
+    }
+
+    /// The probability of deleting just the part between what is kept, of `n` vertices.
+    fn deletion_probability(n: usize, kept: Kept) -> f64 {
+        let Some(deleted) = n.checked_sub(kept.light + kept.eye) else { return 0.0 };
+        if deleted >= n || deleted == 0 && (kept.light == 0 || kept.eye == 0) {
+            return 0.0;
+        }
+        deletion_weight(deleted) / Self::deletions(n).sum::<f64>() / Self::placements(n, deleted) as f64
+    }
+
+    /// The numbers of vertices that may be added between what is kept, as relative probabilities from none on.
+    fn additions(&self, kept: Kept, deleted: usize) -> impl Iterator<Item = f64> + Clone {
+        let rest = kept.light + kept.eye;
+        let needed = usize::from(kept.light == 0) + usize::from(kept.eye == 0);
+        let (fewest, most) = (self.fewest.saturating_sub(rest).max(needed), self.most.saturating_sub(rest));
+        // The probabilities of very different numbers vanish.
+        let most = most.min(deleted + 60);
+        (0..=most).map(move |added| if added < fewest { 0.0 } else { addition_weight(deleted, added) })
+    }
+
+    fn addition_probability(&self, kept: Kept, deleted: usize, added: usize) -> f64 {
+        let total: f64 = self.additions(kept, deleted).sum();
+        match self.additions(kept, deleted).nth(added) {
+            Some(weight) if weight > 0.0 => weight / total,
+            _ => 0.0,
+        }
+    }
+
+    /// How many of the added vertices the light's walk can make: from none to this. The eye is always made by its own.
+    fn most_from_light(kept: Kept, added: usize) -> usize {
+        added - usize::from(kept.eye == 0)
+    }
+
+    /// Replaces what is not kept of `x` by `added` new vertices.
+    fn replace<P: PathSpace>(
+        &self,
+        space: &P,
+        x: &[Node<P::Vertex>],
+        kept: Kept,
+        added: usize,
+        y: &mut Path<P::Vertex>,
+        samples: &mut impl Samples,
+    ) -> Option<()> {
+        let choices = Self::most_from_light(kept, added) + 1;
+        let from_light = ((samples.next_1d() * choices as f32) as usize).min(choices - 1);
+        let from_eye = added - from_light;
+        let kept_eye = &x[x.len() - kept.eye..];
+
+        // From the eye, in the order of the walk; put into place afterwards.
+        y.clear();
+        let mut walk: Vec<Node<P::Vertex>> = kept_eye.iter().take(2).rev().cloned().collect();
+        let fixed = walk.len();
+        let ends_on_light = kept.light == 0 && from_light == 0;
+        for i in 0..from_eye {
+            if walk.is_empty() {
+                walk.push(Node::unknown(&space.begin(Side::Eye, samples)?));
+                continue;
+            }
+            let as_end = ends_on_light && i + 1 == from_eye;
+            extend(space, Side::Eye, &mut walk, as_end, samples)?;
+        }
+        if ends_on_light {
+            let last = walk.last_mut()?;
+            last.vertex = space.as_light(&last.vertex)?;
+        }
+
+        y.extend_from(&x[..kept.light]);
+        let mut light: Vec<Node<P::Vertex>> = x[kept.light.saturating_sub(2)..kept.light].to_vec();
+        let light_fixed = light.len();
+        for i in 0..from_light {
+            if !light.is_empty() {
+                extend(space, Side::Light, &mut light, false, samples)?;
+            } else if i + 1 == from_light && walk.len() > 1 {
+                light.push(Node::unknown(&space.direct(&walk.last()?.vertex, samples)?));
+            } else {
+                light.push(Node::unknown(&space.begin(Side::Light, samples)?));
+            }
+        }
+        // Where the two walks are connected, they scatter into solid angles.
+        if !ends_on_light {
+            for end in [light.last_mut(), walk.last_mut()] {
+                end.into_iter().for_each(|node| node.bounce = Bounce::Spread);
+            }
+        }
+        if light_fixed > 0 {
+            y.set_bounce(kept.light - 1, light[light_fixed - 1].bounce);
+        }
+        y.extend_from(&light[light_fixed..]);
+        let meeting = y.len();
+        y.extend_from_reversed(&walk[fixed..]);
+        let eye_start = y.len();
+        y.extend_from(kept_eye);
+        if fixed > 0 {
+            y.set_bounce(eye_start, walk[fixed - 1].bounce);
+        }
+
+        y.evaluate(space, kept.light.saturating_sub(1)..eye_start + 1);
+        let is_made = ends_on_light
+            || is_on_film(space, y)
+                && [meeting - 1, meeting].iter().all(|&i| space.is_connectable(&y.nodes()[i].vertex))
+                && is_connected(space, y, meeting - 1);
+        is_made.then_some(())
+    }
+
+    /// A whole new path of `added` vertices, which looks at no other, in `y`. Draws from `samples`.
+    pub fn renew<P: PathSpace>(
+        &self,
+        space: &P,
+        old_vertices: usize,
+        y: &mut Path<P::Vertex>,
+        samples: &mut impl Samples,
+    ) -> Attempt {
+        let kept = Kept { light: 0, eye: 0 };
+        let added = draw(self.additions(kept, old_vertices), samples.next_1d());
+        match self.replace(space, &[], kept, added, y, samples) {
+            Some(()) => Attempt::Proposed(kept),
+            None => Attempt::Failed,
+        }
+    }
+
+    /// `ln T` of [`renew`](Self::renew).
+    pub fn ln_density_of_renewal<P: PathSpace>(&self, space: &P, old_vertices: usize, y: &Path<P::Vertex>) -> f64 {
+        let kept = Kept { light: 0, eye: 0 };
+        self.addition_probability(kept, old_vertices, y.len()).ln() + self.ln_density_of_walks(space, y, kept)
+    }
+
+    /// The logarithm of the density with which walks from what is kept of `y`, all divisions of the others between the two of them
+    /// together, make these.
+    fn ln_density_of_walks<P: PathSpace>(&self, space: &P, y: &Path<P::Vertex>, kept: Kept) -> f64 {
+        let (nodes, n) = (y.nodes(), y.len());
+        let (start, end) = (kept.light, n - kept.eye);
+        let added = end - start;
+        let choices = Self::most_from_light(kept, added) + 1;
+        let begin = if start == 0 { space.begin_density(Side::Light, &nodes[0].vertex) } else { 0.0 };
+        let from_light = |i: usize| f64::from(y.density_from_light(i, begin)).ln();
+        let last = nodes.last().map_or(0.0, |node| space.begin_density(Side::Eye, &node.vertex));
+        // The eye's walk makes all from `i` on.
+        let mut from_eye: f64 = (start..end).map(|i| f64::from(y.density_from_eye(i, last)).ln()).sum();
+        let mut light_so_far = 0.0;
+        let mut terms = Vec::with_capacity(choices);
+        for division in 0..choices {
+            let meeting = start + division;
+            let is_possible = match meeting {
+                0 => space.is_found_last(&nodes[0].vertex),
+                _ if !is_on_film(space, y) => false,
+                _ => nodes[meeting - 1..=meeting]
+                    .iter()
+                    .all(|node| !node.bounce.is_specular() && space.is_connectable(&node.vertex)),
+            };
+            if is_possible {
+                let light = match (start, division) {
+                    (0, 1) if n > 2 => f64::from(space.direct_density(&nodes[1].vertex, &nodes[0].vertex)).ln(),
+                    _ => light_so_far,
+                };
+                let rest: f64 = if from_eye.is_finite() {
+                    from_eye
+                } else {
+                    (meeting..end).map(|i| f64::from(y.density_from_eye(i, last)).ln()).sum()
+                };
+                terms.push(light + rest);
+            }
+            if meeting < end {
+                light_so_far += from_light(meeting);
+                from_eye -= f64::from(y.density_from_eye(meeting, last)).ln();
+            }
+        }
+        ln_sum(&terms) - (choices as f64).ln()
+    }
+}
+
+/// False for a light without extent in front of the eye: it is on no pixel.
+fn is_on_film<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> bool {
+    path.len() > 2 || path.nodes().first().is_some_and(|node| space.can_be_hit(&node.vertex))
+}
+
+/// Adds a walk's next vertex.
+fn extend<P: PathSpace>(
+    space: &P,
+    side: Side,
+    walk: &mut Vec<Node<P::Vertex>>,
+    as_end: bool,
+    samples: &mut impl Samples,
+) -> Option<()> {
+    let previous = walk.len().checked_sub(2).map(|i| &walk[i].vertex);
+    let Extension { vertex, bounce } = space.extend(side, previous, &walk.last()?.vertex, as_end, samples)?;
+    walk.last_mut()?.bounce = bounce;
+    walk.push(Node::unknown(&vertex));
+    Some(())
+}
+
+impl<P: PathSpace> Mutation<P> for Bidirectional {
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
+        let n = x.len();
+        let deleted = draw(Self::deletions(n), samples.next_1d());
+        let place =
+            ((samples.next_1d() * Self::placements(n, deleted) as f32) as usize).min(Self::placements(n, deleted) - 1);
+        let light = place + usize::from(deleted == 0);
+        let kept = Kept { light, eye: n - deleted - light };
+        let weights = self.additions(kept, deleted);
+        if weights.clone().sum::<f64>() <= 0.0 {
+            return Attempt::Failed;
+        }
+        let added = draw(weights, samples.next_1d());
+        match self.replace(space, x.nodes(), kept, added, y, samples) {
+            Some(()) => Attempt::Proposed(kept),
+            None => Attempt::Failed,
+        }
+    }
+
+    fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
+        let rest = kept.light + kept.eye;
+        if x.len() < rest || y.len() < rest {
+            return f64::NEG_INFINITY;
+        }
+        let choice =
+            Self::deletion_probability(x.len(), kept) * self.addition_probability(kept, x.len() - rest, y.len() - rest);
+        choice.ln() + self.ln_density_of_walks(space, y, kept)
+    }
+}

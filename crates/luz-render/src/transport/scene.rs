@@ -1,0 +1,555 @@
+//! The paths of a scene.
+
+use super::space::{Bounce, Extension, PathSpace, Scattering, Side, SpecularKind};
+use crate::bsdf::{Bsdf, Lobe, TransportMode};
+use crate::camera::{Camera, CameraEnd, CameraPlace};
+use crate::film::FilmWindow;
+use crate::light::{
+    BoundingSphere, Combination, EmittedSpectrum, EmittingPoint, LightContext, LightEnd, Place, Target,
+};
+use crate::material::Shading;
+use crate::world::World;
+use glam::{Vec2, Vec3};
+use luz_color::{SampledSpectrum, Wavelengths};
+use luz_geometry::{Frame, Ray, Reference, offset_ray_origin};
+use luz_sample::Samples;
+use std::cell::Cell;
+
+/// How often a walk may pass through surfaces that do not scatter, between two vertices.
+const MAX_PASSAGES: u32 = 1000;
+
+/// A scene as a space of paths, at certain wavelengths and a moment.
+pub struct SceneSpace<'w> {
+    world: &'w World,
+    camera: &'w Camera,
+    window: FilmWindow,
+    sphere: BoundingSphere,
+    wavelengths: Wavelengths,
+    time_u: f32,
+    time: f32,
+    emitted: EmittedSpectrum,
+    rays: Cell<u32>,
+    shadow_rays: Cell<u32>,
+}
+
+/// A vertex of a path through a scene.
+#[derive(Clone, Debug)]
+pub enum SceneVertex<'w> {
+    /// On the lens, or, of an orthographic camera, infinitely far behind it; with the numbers that name the point of the lens.
+    Camera(CameraEnd, Vec2),
+    /// On a light, as an end of the path.
+    Light(LightEnd),
+    /// On a surface that scatters.
+    Surface(SurfaceVertex<'w>),
+}
+
+/// A vertex on a surface that scatters.
+#[derive(Clone, Debug)]
+pub struct SurfaceVertex<'w> {
+    /// World-space position.
+    pub position: Vec3,
+    /// Absolute bound of the position's error.
+    pub error: Vec3,
+    /// Unit geometric normal.
+    pub normal: Vec3,
+    /// Local space of the BSDF.
+    pub frame: Frame,
+    /// How it scatters.
+    pub bsdf: Bsdf<'w>,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// The primitive's own parameters.
+    pub parametric: Vec2,
+    /// The light that the surface is, if it emits.
+    pub light: Option<u32>,
+    /// Whether the surface scatters each wavelength elsewhere, so that only the first is followed.
+    pub disperses: bool,
+    /// Origin and direction of the ray that has found it: what it takes to find it again.
+    pub found_by: (Vec3, Vec3),
+}
+
+/// What an edge knows of one of its ends.
+#[derive(Clone, Copy)]
+pub(super) enum Anchor {
+    /// A point, with the normal of its surface, if it is on one.
+    Point { position: Vec3, error: Vec3, normal: Option<Vec3> },
+    /// A direction from the scene.
+    Far(Vec3),
+}
+
+impl Anchor {
+    /// Where a ray from a point starts, to be clear of the surface; `None` at infinity.
+    pub(super) fn offset_origin(&self, direction: Vec3) -> Option<Vec3> {
+        match *self {
+            Self::Point { position, error, normal: Some(normal) } => {
+                Some(offset_ray_origin(position, error, normal, direction))
+            }
+            Self::Point { position, normal: None, .. } => Some(position),
+            Self::Far(_) => None,
+        }
+    }
+}
+
+impl<'w> SceneVertex<'w> {
+    #[inline]
+    pub(super) fn anchor(&self) -> Anchor {
+        match self {
+            Self::Surface(SurfaceVertex { position, error, normal, .. }) => {
+                Anchor::Point { position: *position, error: *error, normal: Some(*normal) }
+            }
+            Self::Light(end) => match end.place {
+                Place::Surface(EmittingPoint { position, error, normal, .. }) => {
+                    Anchor::Point { position, error, normal: Some(normal) }
+                }
+                Place::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
+                Place::Infinity(towards) => Anchor::Far(towards),
+            },
+            Self::Camera(end, _) => match end.place() {
+                CameraPlace::Point(position) => Anchor::Point { position, error: Vec3::ZERO, normal: None },
+                CameraPlace::Infinity(looking) => Anchor::Far(-looking),
+            },
+        }
+    }
+
+    /// The surface's vertex, if it is on a surface that scatters.
+    pub fn surface(&self) -> Option<&SurfaceVertex<'w>> {
+        match self {
+            Self::Surface(surface) => Some(surface),
+            Self::Camera(..) | Self::Light(_) => None,
+        }
+    }
+
+    /// The world-space position, if it is not at infinity.
+    pub fn position(&self) -> Option<Vec3> {
+        match self.anchor() {
+            Anchor::Point { position, .. } => Some(position),
+            Anchor::Far(_) => None,
+        }
+    }
+}
+
+/// The unit direction from one to another, and the squared distance, which is one to what is infinitely far away. `None` for the
+/// same point, or between two that are both at infinity.
+#[inline]
+pub(super) fn direction(from: Anchor, to: Anchor) -> Option<(Vec3, f32)> {
+    let (direction, squared) = match (from, to) {
+        (Anchor::Point { position: a, .. }, Anchor::Point { position: b, .. }) => {
+            let squared = a.distance_squared(b);
+            ((b - a) / squared.sqrt(), squared)
+        }
+        (Anchor::Point { .. }, Anchor::Far(towards)) => (towards, 1.0),
+        (Anchor::Far(towards), Anchor::Point { .. }) => (-towards, 1.0),
+        (Anchor::Far(_), Anchor::Far(_)) => return None,
+    };
+    direction.is_finite().then_some((direction, squared))
+}
+
+/// Of a point of a surface `|cos θ|`, of all else one.
+#[inline]
+pub(super) fn cosine(at: Anchor, direction: Vec3) -> f32 {
+    match at {
+        Anchor::Point { normal: Some(normal), .. } => normal.dot(direction).abs(),
+        Anchor::Point { normal: None, .. } | Anchor::Far(_) => 1.0,
+    }
+}
+
+impl<'w> SceneSpace<'w> {
+    /// The paths through a world at some wavelengths, at the moment of the shutter that `time_u` names, that are seen anywhere
+    /// within `window`.
+    pub fn new(
+        world: &'w World,
+        camera: &'w Camera,
+        window: FilmWindow,
+        wavelengths: Wavelengths,
+        time_u: f32,
+    ) -> Self {
+        let emitted = EmittedSpectrum::default();
+        Self {
+            world,
+            camera,
+            window,
+            sphere: world.bounding_sphere().into(),
+            wavelengths,
+            time_u,
+            time: camera.sample_end(Vec2::ZERO, time_u).time(),
+            emitted,
+            rays: Cell::new(0),
+            shadow_rays: Cell::new(0),
+        }
+    }
+
+    /// The wavelengths.
+    pub fn wavelengths(&self) -> &Wavelengths {
+        &self.wavelengths
+    }
+
+    /// The number that names the moment.
+    pub fn time_u(&self) -> f32 {
+        self.time_u
+    }
+
+    /// The rays traced so far: for the closest hit, and for any.
+    pub fn rays(&self) -> (u32, u32) {
+        (self.rays.get(), self.shadow_rays.get())
+    }
+
+    /// The film positions at which paths are seen.
+    pub fn window(&self) -> FilmWindow {
+        self.window
+    }
+
+    /// The radius of a sphere around all surfaces.
+    pub(super) fn radius(&self) -> f32 {
+        self.sphere.radius
+    }
+
+    /// The density with which walks from the eye choose a place on the film, per pixel's area.
+    pub fn film_density(&self) -> f32 {
+        1.0 / self.window.area()
+    }
+
+    /// The place on the film where light that comes from `next` arrives; `None` if it does not.
+    pub fn film(&self, end: &SceneVertex<'_>, next: &SceneVertex<'_>) -> Option<Vec2> {
+        self.importance(end, next).map(|(film, _)| film)
+    }
+
+    /// The end of walks from the eye, at a point of the lens.
+    pub fn lens(&self, lens_u: Vec2) -> SceneVertex<'w> {
+        SceneVertex::Camera(self.camera.sample_end(lens_u, self.time_u), lens_u)
+    }
+
+    /// What is seen from an eye's end through a place on the film. `as_end` as in [`PathSpace::extend`].
+    pub fn seen_through(&self, end: &SceneVertex<'_>, film: Vec2, as_end: bool) -> Option<SceneVertex<'w>> {
+        let SceneVertex::Camera(end, _) = end else { return None };
+        let ray = self.camera.departure(end, film);
+        self.trace(ray.origin, ray.direction, as_end)
+    }
+
+    /// What a walk finds after `end`, an `x₀` that it has come upon from `at`, if it takes no notice of it: behind a surface that
+    /// only emits, or in the next of several environments.
+    pub fn beyond(&self, at: &SceneVertex<'_>, end: &SceneVertex<'_>) -> Option<SceneVertex<'w>> {
+        let SceneVertex::Light(end) = end else { return None };
+        match end.place {
+            Place::Infinity(towards) => {
+                let mut lights = self.world.infinite_lights().iter();
+                lights.find(|&&light| light == end.light)?;
+                lights.next().map(|&light| SceneVertex::Light(LightEnd::escaped(light, towards)))
+            }
+            Place::Surface(EmittingPoint { position, error, normal, .. }) => {
+                let (direction, _) = direction(at.anchor(), Anchor::Point { position, error, normal: None })?;
+                self.trace(offset_ray_origin(position, error, normal, direction), direction, true)
+            }
+            Place::Point(_) => None,
+        }
+    }
+
+    /// Finds a vertex again by the ray that found it.
+    pub fn find_again(&self, (origin, direction): (Vec3, Vec3)) -> Option<SceneVertex<'w>> {
+        self.trace(origin, direction, false)
+    }
+
+    fn lights(&self) -> LightContext<'_> {
+        self.world.light_context(&self.emitted, Combination::Alone)
+    }
+
+    pub(super) fn trace(&self, origin: Vec3, direction: Vec3, as_end: bool) -> Option<SceneVertex<'w>> {
+        let mut ray = Ray::new(origin, direction, self.time);
+        for _ in 0..MAX_PASSAGES {
+            self.rays.set(self.rays.get() + 1);
+            let Some(hit) = self.world.intersect(&ray) else {
+                let first = self.world.infinite_lights().first().filter(|_| as_end)?;
+                return Some(SceneVertex::Light(LightEnd::escaped(*first, direction)));
+            };
+            let interaction = self.world.interaction(&ray, &hit);
+            let surface = &interaction.surface;
+            let light = interaction.light.filter(|&number| self.world.area_light(number).is_some());
+            let mut wavelengths = self.wavelengths;
+            let shading = Shading::at(self.world, self.camera, &interaction, None, &mut wavelengths);
+            let Some(Shading { frame, bsdf }) = shading else {
+                if let Some(light) = light
+                    && as_end
+                {
+                    return Some(SceneVertex::Light(LightEnd::hit(light, surface)));
+                }
+                ray.origin = surface.offset_origin(direction);
+                continue;
+            };
+            return Some(SceneVertex::Surface(SurfaceVertex {
+                position: surface.position,
+                error: surface.position_error,
+                normal: surface.geometric_normal,
+                frame,
+                bsdf,
+                uv: surface.uv,
+                parametric: surface.parametric,
+                light,
+                disperses: wavelengths.secondary_terminated() && !self.wavelengths.secondary_terminated(),
+                found_by: (ray.origin, direction),
+            }));
+        }
+        None
+    }
+
+    /// A point that stands for a vertex as seen from another, for those who ask for points.
+    fn aim(&self, from: &SceneVertex<'_>, at: &SceneVertex<'_>) -> Option<Vec3> {
+        match (from.anchor(), at.anchor()) {
+            (_, Anchor::Point { position, .. }) => Some(position),
+            (Anchor::Point { position, .. }, Anchor::Far(towards)) => {
+                Some(position + towards * (2.0 * self.sphere.radius))
+            }
+            (Anchor::Far(_), Anchor::Far(_)) => None,
+        }
+    }
+
+    /// The place on the film that a vertex is seen at, and `W`.
+    pub(super) fn importance(&self, end: &SceneVertex<'_>, seen: &SceneVertex<'_>) -> Option<(Vec2, f32)> {
+        let SceneVertex::Camera(camera_end, _) = end else { return None };
+        let found = self.camera.film(camera_end, self.aim(end, seen)?, f32::INFINITY)?;
+        self.window.contains(found.0).then_some(found)
+    }
+
+    fn reference(vertex: &SceneVertex<'_>) -> Option<Reference> {
+        match vertex {
+            SceneVertex::Surface(surface) => Some(Reference::surface(surface.position, surface.frame.n)),
+            SceneVertex::Camera(end, _) => end.position().map(Reference::point),
+            SceneVertex::Light(_) => None,
+        }
+    }
+}
+
+impl<'w> PathSpace for SceneSpace<'w> {
+    type Vertex = SceneVertex<'w>;
+
+    fn begin(&self, side: Side, samples: &mut impl Samples) -> Option<SceneVertex<'w>> {
+        let u = samples.next_2d();
+        match side {
+            Side::Eye => Some(self.lens(u)),
+            Side::Light => {
+                let (number, _, x) = self.world.light_selection().sample_emitter(u.x)?;
+                let u = Vec2::new(x, u.y);
+                let (end, _) = self.world.lights()[number].sample_end(number as u32, self.lights(), u)?;
+                Some(SceneVertex::Light(end))
+            }
+        }
+    }
+
+    fn begin_density(&self, side: Side, vertex: &SceneVertex<'w>) -> f32 {
+        match (side, vertex) {
+            (Side::Eye, SceneVertex::Camera(..)) => 1.0,
+            (Side::Light, SceneVertex::Light(end)) => {
+                let number = end.light as usize;
+                let probability = self.world.light_selection().emitter_probability(number);
+                probability * self.world.lights()[number].end_pdf(self.lights(), end)
+            }
+            _ => 0.0,
+        }
+    }
+
+    fn extend(
+        &self,
+        side: Side,
+        previous: Option<&SceneVertex<'w>>,
+        at: &SceneVertex<'w>,
+        as_end: bool,
+        samples: &mut impl Samples,
+    ) -> Option<Extension<SceneVertex<'w>>> {
+        let spread = |vertex| Extension { vertex, bounce: Bounce::Spread };
+        match at {
+            SceneVertex::Camera(..) => {
+                let u = samples.next_2d();
+                self.seen_through(at, self.window.at(u), as_end).map(spread)
+            }
+            SceneVertex::Light(end) => {
+                let light = &self.world.lights()[end.light as usize];
+                let departure = light.sample_departure(self.lights(), self.sphere, end, samples.next_2d())?;
+                self.trace(departure.origin, departure.direction, false).map(spread)
+            }
+            SceneVertex::Surface(surface) => {
+                let (from, _) = direction(at.anchor(), previous?.anchor())?;
+                let mode = match side {
+                    Side::Light => TransportMode::Importance,
+                    Side::Eye => TransportMode::Radiance,
+                };
+                let (lobe_u, direction_u) = (samples.next_1d(), samples.next_2d());
+                let sample = surface.bsdf.propose(surface.frame.to_local(from), lobe_u, direction_u, mode)?;
+                let direction = surface.frame.to_world(sample.wi).normalize();
+                let vertex = self.trace(surface.offset_origin(direction), direction, as_end)?;
+                let bounce = match (sample.flags.is_specular(), sample.flags.is_transmission()) {
+                    (false, _) => Bounce::Spread,
+                    (true, false) => Bounce::Specular(SpecularKind::Reflection),
+                    (true, true) => Bounce::Specular(SpecularKind::Transmission),
+                };
+                Some(Extension { vertex, bounce })
+            }
+        }
+    }
+
+    fn direct(&self, from: &SceneVertex<'w>, samples: &mut impl Samples) -> Option<SceneVertex<'w>> {
+        let u = samples.next_2d();
+        let reference = Self::reference(from)?;
+        let context = self.lights();
+        let (number, _, x) = self.world.light_selection().sample(context.combination, &reference, u.x)?;
+        let light = &self.world.lights()[number];
+        light
+            .sample_end_from(number as u32, context, &reference, Vec2::new(x, u.y))
+            .map(|(end, _)| SceneVertex::Light(end))
+    }
+
+    fn direct_density(&self, from: &SceneVertex<'w>, light: &SceneVertex<'w>) -> f32 {
+        let (Some(reference), SceneVertex::Light(end)) = (Self::reference(from), light) else { return 0.0 };
+        let context = self.lights();
+        let number = end.light as usize;
+        self.world.light_selection().probability(context.combination, &reference, number)
+            * self.world.lights()[number].end_pdf_from(context, &reference, end)
+    }
+
+    fn as_light(&self, vertex: &SceneVertex<'w>) -> Option<SceneVertex<'w>> {
+        match vertex {
+            SceneVertex::Light(end) => Some(SceneVertex::Light(*end)),
+            SceneVertex::Camera(..) => None,
+            SceneVertex::Surface(surface) => surface.light.map(|light| {
+                let SurfaceVertex { position, error, normal, uv, parametric, .. } = *surface;
+                let place = Place::Surface(EmittingPoint { position, error, normal, uv, parametric });
+                SceneVertex::Light(LightEnd { light, place, is_delta: false })
+            }),
+        }
+    }
+
+    fn can_be_hit(&self, end: &SceneVertex<'w>) -> bool {
+        matches!(end, SceneVertex::Light(end) if !end.is_delta())
+    }
+
+    fn is_found_last(&self, end: &SceneVertex<'w>) -> bool {
+        let SceneVertex::Light(end) = end else { return false };
+        !end.is_delta() && (!end.is_infinite() || self.world.infinite_lights().first() == Some(&end.light))
+    }
+
+    fn is_connectable(&self, vertex: &SceneVertex<'w>) -> bool {
+        match vertex {
+            SceneVertex::Surface(surface) => surface.bsdf.has_non_specular(),
+            SceneVertex::Camera(..) | SceneVertex::Light(_) => true,
+        }
+    }
+
+    #[inline]
+    fn geometry(&self, a: &SceneVertex<'w>, b: &SceneVertex<'w>) -> f32 {
+        let (a, b) = (a.anchor(), b.anchor());
+        let Some((direction, squared)) = direction(a, b) else { return 0.0 };
+        let geometry = cosine(a, direction) * cosine(b, direction) / squared;
+        if geometry.is_finite() { geometry } else { 0.0 }
+    }
+
+    fn is_visible(&self, a: &SceneVertex<'w>, b: &SceneVertex<'w>) -> bool {
+        let (from, to) = match (a.anchor(), b.anchor()) {
+            (from @ Anchor::Point { .. }, to) | (to, from) => (from, to),
+        };
+        let Some((direction, _)) = direction(from, to) else { return false };
+        let Some(origin) = from.offset_origin(direction) else { return false };
+        let target = match to {
+            Anchor::Far(_) => Target::Infinity,
+            Anchor::Point { position, normal: None, .. } => Target::Point(position),
+            Anchor::Point { position, error, normal: Some(normal) } => Target::Surface { position, error, normal },
+        };
+        self.shadow_rays.set(self.shadow_rays.get() + 1);
+        self.world.is_clear(origin, direction, target, self.time)
+    }
+
+    fn scattering(
+        &self,
+        light_side: Option<&SceneVertex<'w>>,
+        at: &SceneVertex<'w>,
+        eye_side: Option<&SceneVertex<'w>>,
+        bounce: Bounce,
+    ) -> Scattering {
+        match (light_side, at, eye_side) {
+            (None, SceneVertex::Light(end), Some(next)) => {
+                let Some(to) = self.aim(at, next) else { return Scattering::NONE };
+                let light = &self.world.lights()[end.light as usize];
+                let context = self.lights();
+                Scattering {
+                    value: light.emitted(context, end, to, &self.wavelengths),
+                    toward_light: 0.0,
+                    toward_eye: light.departure_pdf(context, self.sphere, end, to),
+                    compression: 1.0,
+                }
+            }
+            (Some(seen), SceneVertex::Camera(..), None) => match self.importance(at, seen) {
+                Some((_, importance)) => Scattering {
+                    value: SampledSpectrum::splat(importance),
+                    toward_light: importance * self.film_density(),
+                    toward_eye: 0.0,
+                    compression: 1.0,
+                },
+                None => Scattering::NONE,
+            },
+            (Some(light_side), SceneVertex::Surface(surface), Some(eye_side)) => {
+                let here = at.anchor();
+                let towards = |side: &SceneVertex<'w>| direction(here, side.anchor()).map(|(direction, _)| direction);
+                match (towards(light_side), towards(eye_side)) {
+                    (Some(wi), Some(wo)) => surface.scattering(wi, wo, bounce),
+                    _ => Scattering::NONE,
+                }
+            }
+            _ => Scattering::NONE,
+        }
+    }
+}
+
+impl SpecularKind {
+    pub(super) const fn lobe(self) -> Lobe {
+        match self {
+            Self::Reflection => Lobe::REFLECTION,
+            Self::Transmission => Lobe::TRANSMISSION,
+        }
+    }
+}
+
+impl SurfaceVertex<'_> {
+    /// Where a ray that leaves towards `direction` starts.
+    pub(super) fn offset_origin(&self, direction: Vec3) -> Vec3 {
+        offset_ray_origin(self.position, self.error, self.normal, direction)
+    }
+
+    /// The factors between the unit directions towards the light and towards the eye.
+    fn scattering(&self, toward_light: Vec3, toward_eye: Vec3, bounce: Bounce) -> Scattering {
+        let (wi, wo) = (self.frame.to_local(toward_light), self.frame.to_local(toward_eye));
+        // By the geometric normal, to which densities refer.
+        let (cos_i, cos_o) = (self.normal.dot(toward_light).abs(), self.normal.dot(toward_eye).abs());
+        if cos_i == 0.0 || cos_o == 0.0 {
+            return Scattering::NONE;
+        }
+        match bounce {
+            Bounce::Spread => {
+                let (f, pdf) = self.bsdf.evaluate(wo, wi, TransportMode::Radiance);
+                if f.is_black() {
+                    return Scattering::NONE;
+                }
+                Scattering {
+                    value: f * (wi.z.abs() / cos_i),
+                    toward_light: pdf / cos_i,
+                    toward_eye: self.bsdf.proposal_pdf(wi, wo, TransportMode::Importance) / cos_o,
+                    compression: 1.0,
+                }
+            }
+            Bounce::Specular(kind) => {
+                let side = kind.lobe();
+                let from_eye = self.bsdf.specular(wo, side, TransportMode::Radiance);
+                let from_light = self.bsdf.specular(wi, side, TransportMode::Importance);
+                let (Some(from_eye), Some(from_light)) = (from_eye, from_light) else { return Scattering::NONE };
+                let eta_squared = from_eye.eta * from_eye.eta;
+                // How the walk's own measure, by the shading normal, and that of densities, by the geometric one, differ.
+                let tilt = (cos_o * wi.z.abs()) / (cos_i * wo.z.abs());
+                let value = from_eye.f * (from_eye.wi.z.abs() * eta_squared * tilt);
+                if !value.is_finite() {
+                    return Scattering::NONE;
+                }
+                Scattering {
+                    value,
+                    toward_light: from_eye.pdf * eta_squared * tilt,
+                    toward_eye: from_light.pdf,
+                    compression: eta_squared * tilt,
+                }
+            }
+        }
+    }
+}
