@@ -203,6 +203,50 @@ impl<'w> BidirectionalTracer<'w> {
     }
 }
 
+impl<'w> BidirectionalTracer<'w> {
+    /// Calls `visit` with the path of technique `(s, t)` alone, `t ≥ 1`, weighted among all techniques: walks are no longer than it
+    /// needs them. Returns whether any vertex of its walks disperses.
+    pub(crate) fn visit_one<S: Samples>(
+        &self,
+        space: &SceneSpace<'w>,
+        start: &CameraStart,
+        (s, t): (usize, usize),
+        samples: &mut S,
+        mut visit: impl FnMut(Found<'_, 'w>),
+    ) -> bool {
+        let heuristic = self.settings.heuristic;
+        let mut scratch = Scratch::default();
+        let mut light = Subpath::new(Side::Light);
+        let mut eye = Subpath::new(Side::Eye);
+        let none = Subpath::new(Side::Light);
+        // As seen from the eye's last vertex, a point on a light is drawn anew.
+        if s > 1 || t == 1 {
+            walk_from_light(space, &mut light, s, samples);
+            if light.len() < s {
+                return false;
+            }
+        }
+        walk_from_eye(space, &mut eye, start, t, samples, |walk, samples| {
+            if s == 0
+                && walk.len() == t
+                && let Some(found) = connect(space, (&none, 0), (walk, t), heuristic, samples, &mut scratch)
+            {
+                let value = found.value * found.weight;
+                visit(Found { light: (&none, 0), eye: (walk, t), x0: found.light.as_ref(), value });
+            }
+        });
+        if eye.len() >= t && (s, t) != (0, 1) {
+            samples.set_dimension(step_dimension(t) + DIRECT_DIMENSION);
+            let found = connect(space, (&light, s), (&eye, t), heuristic, samples, &mut scratch);
+            if let Some(found) = found {
+                let value = found.value * found.weight;
+                visit(Found { light: (&light, s), eye: (&eye, t), x0: found.light.as_ref(), value });
+            }
+        }
+        disperses(&light, light.len()) || disperses(&eye, eye.len())
+    }
+}
+
 impl PixelEstimator for BidirectionalTracer<'_> {
     fn sample(
         &self,

@@ -28,7 +28,7 @@ pub use shard::Shard;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::metropolis::path_space::PathSpaceMetropolis;
-use crate::integrator::metropolis::{DirectLight, PrimarySpace};
+use crate::integrator::metropolis::{DirectLight, Multiplexed, PrimarySpace};
 use crate::integrator::{BidirectionalTracer, Integrator, PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
@@ -71,7 +71,10 @@ impl<'a> Renderer<'a> {
             Integrator::PathSpace(options) => {
                 Some(Box::new(ChainRounds::new(PathSpaceMetropolis::new(world, camera, settings, *options), settings)))
             }
-            _ => None,
+            Integrator::Multiplexed(options) => {
+                Some(Box::new(ChainRounds::new(Multiplexed::new(world, camera, settings, *options), settings)))
+            }
+            Integrator::Path(_) | Integrator::Light(_) | Integrator::Bidirectional(_) => None,
         };
         Self {
             settings,

@@ -4,14 +4,18 @@
 //! picture together; a kind is a [`ChainProcess`].
 
 mod importance;
+mod multiplexed;
 pub mod path_space;
+mod primary;
 mod primary_space;
 mod settings;
 mod statistics;
 
 pub use importance::Importance;
 pub(crate) use importance::cell_at;
-pub use primary_space::{PrimarySpace, PrimaryState};
+pub use multiplexed::{Multiplexed, MultiplexedChain};
+pub use primary::PrimaryState;
+pub use primary_space::PrimarySpace;
 pub use settings::{
     DirectLight, Metropolis, MultiplexedIntegrator, MutationProbabilities, PathSpaceIntegrator, PerturbationRanges,
     PrimaryEstimator, PrimarySpaceIntegrator,

@@ -4,32 +4,22 @@
 //! the state of a chain is the point of the unit cube that drives an estimator. Film position, lens, time and wavelengths are coordinates
 //! like all others.
 
-use super::{ChainContext, ChainProcess, Importance, MutationStatistics, PrimarySpaceIntegrator, scalar_contribution};
+use super::primary::{Estimators, PrimaryState};
+use super::{ChainContext, ChainProcess, Importance, MutationStatistics, PrimaryEstimator, PrimarySpaceIntegrator};
 use crate::camera::Camera;
-use crate::film::FilmWindow;
-use crate::integrator::{PathCost, PathEvent, PathIntegrator, PathObserver, PathTracer, Technique, Unwatched};
-use crate::light::Combination;
 use crate::render::RenderCost;
 use crate::settings::Settings;
 use crate::world::World;
 use glam::Vec2;
-use luz_color::{SampledSpectrum, Wavelengths};
-use luz_sample::Samples;
-use luz_sample::markov::{Chain, PrimarySample, PrimarySamples, Proposal, large_step_weights};
-use luz_sample::mis::Heuristic;
+use luz_sample::markov::{Chain, PrimarySamples, Proposal, large_step_weights};
 use luz_sample::random::{Random, hash};
-use luz_sample::roulette::Roulette;
-use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Primary-space Metropolis over a path tracer.
+/// Primary-space Metropolis over a path tracer, unidirectional or bidirectional.
 pub struct PrimarySpace<'a> {
-    world: &'a World,
-    camera: &'a Camera,
-    settings: &'a Settings,
+    estimators: Estimators<'a>,
     options: PrimarySpaceIntegrator,
-    path: PathIntegrator,
-    window: FilmWindow,
+    seed: u64,
 }
 
 /// The streams of seeds: what candidates and chains draw are different numbers.
@@ -41,96 +31,31 @@ const MUTATIONS: [&str; 2] = ["large step", "small step"];
 const LARGE: usize = 0;
 const SMALL: usize = 1;
 
-/// What the estimator made of a point of primary sample space.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PrimaryState {
-    sample: PrimarySample,
-    found: Found,
-}
-
-/// A contribution to the film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Found {
-    film: [f32; 2],
-    /// Over the density of the film position, in the film's RGB.
-    rgb: [f32; 3],
-}
-
 impl<'a> PrimarySpace<'a> {
     /// Over the paths of a world.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings, options: PrimarySpaceIntegrator) -> Self {
-        let path = PathIntegrator {
-            max_depth: options.max_depth,
-            heuristic: Heuristic::Power(2.0),
-            technique: Technique::Both,
-            roulette: Roulette::default(),
-            regularize: false,
-        };
-        Self { world, camera, settings, options, path, window: settings.film_window() }
+        let depths = [options.metropolis.direct_light.min_depth(), options.max_depth];
+        Self { estimators: Estimators::new(world, camera, settings, depths), options, seed: settings.seed }
     }
 
-    /// The contribution of a point of primary sample space. Its dimensions are the path tracer's.
-    fn evaluate(&self, samples: &mut impl Samples, cost: &mut RenderCost) -> Found {
-        let mut wavelengths = Wavelengths::sample_visible(samples.next_1d());
-        let film = self.window.at(samples.next_2d());
-        let (lens_u, time_u) = (samples.next_2d(), samples.next_1d());
-        let ray = self.camera.ray(film, lens_u, time_u);
-        let differentials = self.world.has_varying_textures().then(|| self.camera.differentials(film, lens_u, time_u));
-        let tracer = PathTracer {
-            settings: &self.path,
-            world: self.world,
-            camera: self.camera,
-            combination: Combination::WithBsdf,
-        };
-        let mut path_cost = PathCost::default();
-        let (differentials, path_cost_ref) = (differentials.as_ref(), &mut path_cost);
-        let min_depth = self.options.metropolis.direct_light.min_depth();
-        let radiance = if min_depth == 0 {
-            tracer.radiance(ray, differentials, &mut wavelengths, samples, &mut Unwatched, None, path_cost_ref)
-        } else {
-            let mut deep = Deep { min_depth, radiance: SampledSpectrum::ZERO };
-            let all = tracer.radiance(ray, differentials, &mut wavelengths, samples, &mut deep, None, path_cost_ref);
-            if all.is_finite() { deep.radiance } else { all }
-        };
-        cost.paths += 1;
-        cost.rays += u64::from(path_cost.rays);
-        cost.shadow_rays += u64::from(path_cost.shadow_rays);
-        let rgb = self.settings.sensor.to_output_rgb(radiance * self.window.area(), &wavelengths);
-        Found { film: film.to_array(), rgb }
-    }
-
-    /// The target density at a contribution.
-    fn density(found: &Found, importance: &Importance) -> f64 {
-        scalar_contribution(found.rgb) / importance.at(Vec2::from_array(found.film))
+    /// What the estimator makes of a point of primary sample space.
+    fn evaluate(
+        &self,
+        mut samples: PrimarySamples<'_>,
+        found: &mut Vec<super::primary::Contribution>,
+        cost: &mut RenderCost,
+    ) {
+        match self.options.estimator {
+            PrimaryEstimator::Path => self.estimators.path(&mut samples, found, cost),
+            PrimaryEstimator::Bidirectional => self.estimators.bidirectional(&mut samples, found, cost),
+        }
     }
 
     /// A candidate, made from its number.
     fn candidate_state(&self, number: u64, stage: u64, state: &mut PrimaryState, cost: &mut RenderCost) {
-        let seed = hash(self.settings.seed, CANDIDATE_STREAM, stage, 0);
-        let mut random = Random::new(seed, number, 0);
-        state.found = self.evaluate(&mut PrimarySamples::large(&mut state.sample, &mut random), cost);
-    }
-}
-
-/// Light of paths that have scattered often enough.
-struct Deep {
-    min_depth: u32,
-    radiance: SampledSpectrum,
-}
-
-impl PathObserver for Deep {
-    #[inline]
-    fn wants_vertex(&self) -> bool {
-        false
-    }
-
-    #[inline]
-    fn observe(&mut self, event: PathEvent<'_>, _: &Wavelengths) {
-        if let PathEvent::Light(light) = event
-            && light.depth >= self.min_depth
-        {
-            self.radiance += light.alone * light.weight;
-        }
+        let mut random = Random::new(hash(self.seed, CANDIDATE_STREAM, stage, 0), number, 0);
+        let PrimaryState { sample, contributions } = state;
+        self.evaluate(PrimarySamples::large(sample, &mut random), contributions, cost);
     }
 }
 
@@ -160,9 +85,10 @@ impl ChainProcess for PrimarySpace<'_> {
         cost: &mut RenderCost,
     ) -> f64 {
         self.candidate_state(number, stage, scratch, cost);
-        let weight = Self::density(&scratch.found, importance);
-        splat(Vec2::from_array(scratch.found.film), weight);
-        weight
+        for contribution in &scratch.contributions {
+            splat(contribution.film(), contribution.density(importance));
+        }
+        scratch.density(importance)
     }
 
     fn begin(
@@ -175,8 +101,8 @@ impl ChainProcess for PrimarySpace<'_> {
     ) -> Option<Chain<PrimaryState>> {
         let mut state = PrimaryState::default();
         self.candidate_state(candidate, 0, &mut state, cost);
-        let density = Self::density(&state.found, context.importance);
-        let seed = hash(self.settings.seed, CHAIN_STREAM, 0, 0);
+        let density = state.density(context.importance);
+        let seed = hash(self.seed, CHAIN_STREAM, 0, 0);
         (density > 0.0).then(|| Chain::new(seed, chain, state, density))
     }
 
@@ -192,20 +118,20 @@ impl ChainProcess for PrimarySpace<'_> {
     ) {
         let PrimarySpaceIntegrator { large_step_probability, kernel, .. } = self.options;
         let b = context.normalization;
-        let color = |found: &Found| found.rgb.map(|v| (f64::from(v) / b) as f32);
         for _ in 0..steps {
             let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
             let before = *cost;
             let mut is_large = false;
             let step = chain.step(spare, |current, proposed, random| {
                 is_large = random.next_f64() < large_step_probability;
-                let mut samples = if is_large {
-                    PrimarySamples::large(&mut proposed.sample, random)
+                let PrimaryState { sample, contributions } = &mut *proposed;
+                let samples = if is_large {
+                    PrimarySamples::large(sample, random)
                 } else {
-                    PrimarySamples::small(&current.sample, &mut proposed.sample, kernel, random)
+                    PrimarySamples::small(&current.sample, sample, kernel, random)
                 };
-                proposed.found = self.evaluate(&mut samples, cost);
-                Some(Proposal::symmetric(Self::density(&proposed.found, context.importance)))
+                self.evaluate(samples, contributions, cost);
+                Some(Proposal::symmetric(proposed.density(context.importance)))
             });
             let [of_current, of_proposed] = large_step_weights(
                 step.proposed_weight,
@@ -217,7 +143,7 @@ impl ChainProcess for PrimarySpace<'_> {
             );
             for (state, weight) in [(step.current, of_current), (step.proposed, of_proposed)] {
                 if weight > 0.0 {
-                    splat(Vec2::from_array(state.found.film), color(&state.found), weight);
+                    state.contributions.iter().for_each(|found| splat(found.film(), found.color(b), weight));
                 }
             }
             let kind = if is_large { LARGE } else { SMALL };

@@ -3,7 +3,7 @@
 use super::Context;
 use crate::film::FilmKind;
 use crate::integrator::metropolis::{
-    DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimaryEstimator, PrimarySpaceIntegrator,
+    DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator,
 };
 use crate::integrator::{
     BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind, PathIntegrator, Technique,
@@ -42,9 +42,6 @@ pub(super) fn integrator(context: &mut Context<'_>, overrides: &Overrides) -> In
         }
         IntegratorKind::PrimarySpace => {
             let estimator = overrides.metropolis.estimator.unwrap_or_default();
-            if estimator == PrimaryEstimator::Bidirectional {
-                not_yet(context, None, "primary-space Metropolis over `bdpt`");
-            }
             Integrator::PrimarySpace(PrimarySpaceIntegrator {
                 max_depth,
                 metropolis: metropolis(context, entity, &overrides.metropolis),
@@ -124,18 +121,7 @@ fn kind(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> In
         );
         IntegratorKind::Path
     });
-    if kind == IntegratorKind::Multiplexed {
-        let span = if overrides.integrator.is_none() { Some(entity.kind_span) } else { None };
-        not_yet(context, span, &format!("the integrator `{kind}`"));
-    }
     kind
-}
-
-fn not_yet(context: &mut Context<'_>, span: Option<luz_scene::Span>, what: &str) {
-    context.diagnostics.push(
-        Diagnostic::error(span, format!("{what} cannot be rendered yet"))
-            .with_help("`--integrator path` renders the scene with path tracing instead"),
-    );
 }
 
 fn max_depth(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> u32 {
