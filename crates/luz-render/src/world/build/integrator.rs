@@ -113,15 +113,14 @@ pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) ->
 }
 
 fn kind(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> IntegratorKind {
-    let kind = overrides.integrator.or_else(|| IntegratorKind::of_pbrt(&entity.kind)).unwrap_or_else(|| {
+    overrides.integrator.or_else(|| IntegratorKind::of_pbrt(&entity.kind)).unwrap_or_else(|| {
         let kind = &entity.kind;
         context.diagnostics.push(
             Diagnostic::error(entity.kind_span, format!("the integrator `{kind}` cannot be rendered yet"))
                 .with_help("`--integrator path` renders the scene with path tracing instead"),
         );
         IntegratorKind::Path
-    });
-    kind
+    })
 }
 
 fn max_depth(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> u32 {
