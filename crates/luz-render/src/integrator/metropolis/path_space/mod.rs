@@ -38,7 +38,7 @@ use luz_sample::mis::Heuristic;
 use luz_sample::random::{Random, hash};
 use luz_sample::{Sampler, SamplerConfig, SamplerKind, Samples};
 use serde::{Deserialize, Serialize};
-use state::{Measure, SavedState};
+use state::{Conditions, Measure, SavedState};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -163,12 +163,13 @@ impl<'a> PathSpaceMetropolis<'a> {
         importance: &Importance,
         cost: &mut RenderCost,
         mut visit: impl FnMut(Found<'_, 'a>, Vec2, f64),
-    ) -> (f32, f32) {
+    ) -> Conditions {
         let Measure { world, camera, window, .. } = self.measure;
         let mut random = Random::new(hash(self.seed, CANDIDATE_STREAM, stage, 0), number, 0);
-        let (colour_u, time_u) = (random.next_1d(), random.next_1d());
+        let conditions = Conditions::new(random.next_1d(), random.next_1d());
+        let time_u = conditions.time_u;
         let start = CameraStart { film: window.at(random.next_2d()), lens_u: random.next_2d(), time_u };
-        let space = self.measure.space(colour_u, time_u);
+        let space = self.measure.space(&conditions);
         let tracer = BidirectionalTracer { settings: self.tracer, world, camera, window };
         tracer.visit(&space, &start, &mut random, |found| {
             let vertices = found.vertices();
@@ -183,7 +184,7 @@ impl<'a> PathSpaceMetropolis<'a> {
         });
         cost.paths += 1;
         count_rays(&space, cost);
-        (colour_u, time_u)
+        conditions
     }
 
     /// A mutation applied within a space that the path is of, and its way back.
@@ -223,14 +224,15 @@ impl<'a> PathSpaceMetropolis<'a> {
         cost: &mut RenderCost,
     ) -> Option<Proposed> {
         let is_renewal = kind == BIDIRECTIONAL && random.next_f64() < RENEWALS;
-        (y.colour_u, y.time_u) = (x.colour_u, x.time_u);
-        if is_renewal {
-            (y.colour_u, y.time_u) = (random.next_1d(), random.next_1d());
+        y.conditions = if is_renewal {
+            Conditions::new(random.next_1d(), random.next_1d())
         } else if kind == WAVELENGTH {
-            let moved = x.colour_u + COLOUR_STEP * (2.0 * random.next_1d() - 1.0);
-            y.colour_u = (moved - moved.floor()).min(luz_sample::ONE_MINUS_EPSILON);
-        }
-        let space = self.measure.space(y.colour_u, y.time_u);
+            let moved = x.conditions.colour_u + COLOUR_STEP * (2.0 * random.next_1d() - 1.0);
+            x.conditions.recoloured((moved - moved.floor()).min(luz_sample::ONE_MINUS_EPSILON))
+        } else {
+            x.conditions
+        };
+        let space = self.measure.space(&y.conditions);
         let proposed = match kind {
             BIDIRECTIONAL if is_renewal => self.renew(&space, importance, x, y, random),
             BIDIRECTIONAL => self.mutate(&self.bidirectional, &space, importance, x, y, random),
@@ -270,7 +272,7 @@ impl<'a> PathSpaceMetropolis<'a> {
             return Some(Proposed::IMPOSSIBLE);
         }
         let there = self.bidirectional.ln_density_of_renewal(space, x.path.len(), &y.path);
-        let old = self.measure.space(x.colour_u, x.time_u);
+        let old = self.measure.space(&x.conditions);
         let back = self.bidirectional.ln_density_of_renewal(&old, y.path.len(), &x.path);
         Some(Proposed::of(density, there, back))
     }
@@ -351,16 +353,16 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         let mut random = Random::new(hash(self.seed, CHOICE_STREAM, 0, 0), chain, candidate);
         let mut path: Path<SceneVertex<'a>> = Path::default();
         let mut sum = 0.0;
-        let (colour_u, time_u) = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
+        let conditions = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
             // Each path so far has been kept with a probability in proportion to its weight.
             sum += weight;
             if random.next_f64() * sum < weight {
                 path.join(found.light, found.eye, found.x0);
             }
         });
-        let space = self.measure.space(colour_u, time_u);
+        let space = self.measure.space(&conditions);
         path.evaluate(&space, 0..path.len());
-        let mut state = State { path, colour_u, time_u, ..State::default() };
+        let mut state = State { path, conditions, ..State::default() };
         let density = self.measure.look(&space, context.importance, &mut state);
         let seed = hash(self.seed, CHAIN_STREAM, 0, 0);
         density.is_possible().then(|| PathChain { chain: Chain::new(seed, chain, state, density), lens_subpaths: 0 })
