@@ -96,7 +96,9 @@ fn ends_for_a_point_follow_their_density() {
         if light.is_delta() {
             continue;
         }
-        for reference in &references()[1..3] {
+        // Images take long to integrate.
+        let is_image = ["screen", "sky", "portal"].iter().any(|kind| name.contains(kind));
+        for reference in &references()[1..if is_image { 2 } else { 3 }] {
             let sample = |u| light.sample_end_from(0, context, reference, u).map(|(end, _)| end);
             let test = |factor: f64| {
                 chi2_ends(&world, 0, sample, |end| factor * f64::from(light.end_pdf_from(context, reference, end)))

@@ -104,7 +104,7 @@ pub const LIGHTS: [(&str, &str); 29] = [
 /// The world of a light and a few small things far apart.
 pub fn world(name: &str, light: &str) -> World {
     let folder = folder();
-    write(&folder, "wall.pfm", [12, 8], |x, y| match (x * 7 + y * 3) % 13 {
+    write(&folder, "wall.pfm", [6, 8], |x, y| match (x * 7 + y * 3) % 13 {
         0 => 20.0,
         n if n < 4 => 0.0,
         n => 0.1 * n as f32,
@@ -148,7 +148,7 @@ pub fn chi2_ends(
     sample: impl Fn(Vec2) -> Option<LightEnd>,
     pdf: impl Fn(&LightEnd) -> f64,
 ) -> Chi2Result {
-    const SAMPLES: u64 = 20_000;
+    const SAMPLES: u64 = 10_000;
     match &world.lights()[number as usize] {
         Light::Area(area) => chi2_rectangle(
             |u| match sample(u)?.place {
