@@ -115,7 +115,7 @@ impl Layered {
         flags
     }
 
-    /// See [`TrowbridgeReitz::regularize`].
+    /// See [`TrowbridgeReitz::regularize`](super::TrowbridgeReitz::regularize).
     pub fn regularize(&mut self) {
         self.top.regularize();
         if let Base::Conductor(base) = &mut self.base {

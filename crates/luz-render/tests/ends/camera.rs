@@ -23,7 +23,7 @@ fn camera(projection: Projection, lens: Lens, start: &Transform, end: &Transform
 }
 
 /// Cameras of every projection: at rest, turned and moving, squeezed, sheared and mirrored.
-fn cameras() -> Vec<(String, Camera)> {
+pub fn cameras() -> Vec<(String, Camera)> {
     let rest = Transform::IDENTITY;
     let turned = Transform::translate(Vec3::new(1.0, -2.0, 0.5))
         .compose(&Transform::rotate(1.1, Vec3::new(1.0, 2.0, -0.5)).expect("an axis"));
@@ -54,6 +54,25 @@ fn cameras() -> Vec<(String, Camera)> {
         places.map(move |(how, start, end)| (format!("{what} {how}"), camera(projection, lens, &start, &end)))
     };
     projections.into_iter().flat_map(of).collect()
+}
+
+/// Cameras of every projection above a floor at y = −1, and the size of their film.
+pub fn looking_at_the_floor() -> (Vec<(String, Camera)>, Vec2) {
+    let above =
+        Transform::look_at(Vec3::new(0.5, 2.0, -3.5), Vec3::new(0.0, -1.0, 0.5), Vec3::Y).expect("an up").inverse();
+    let squeezed = above.compose(&Transform::scale(Vec3::new(1.3, 0.8, 1.6)).expect("a scale"));
+    let moved = Transform::translate(Vec3::new(0.4, 0.2, 0.0)).compose(&above);
+    let lens = Lens { radius: 0.3, focal_distance: 4.0 };
+    let of = |name: &str, projection, lens, start, end| (name.to_string(), camera(projection, lens, start, end));
+    let cameras = vec![
+        of("perspective", Projection::Perspective, PINHOLE, &above, &moved),
+        of("lens", Projection::Perspective, lens, &above, &squeezed),
+        of("orthographic", Projection::Orthographic, PINHOLE, &squeezed, &squeezed),
+        of("orthographic lens", Projection::Orthographic, lens, &above, &moved),
+        of("equal-area panorama", Projection::Spherical(SphereMap::EqualArea), PINHOLE, &above, &moved),
+        of("panorama", Projection::Spherical(SphereMap::LatitudeLongitude), PINHOLE, &squeezed, &squeezed),
+    ];
+    (cameras, size())
 }
 
 fn ends(camera: &Camera) -> [CameraEnd; 2] {

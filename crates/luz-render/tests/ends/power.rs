@@ -1,20 +1,12 @@
 //! What leaves a light is its power.
 
 use super::SIGNIFICANCE;
-use super::specimens::{LIGHTS, world};
-use luz_color::observer::y_bar;
-use luz_color::{CIE_Y_INTEGRAL, LANES, SampledSpectrum, Wavelengths};
+use super::specimens::{LIGHTS, luminance, world};
+use luz_color::Wavelengths;
 use luz_render::light::{BoundingSphere, Combination, EmittedSpectrum};
 use luz_sample::Samples;
 use luz_sample::random::Random;
 use luz_sample::test_support::{mean_z_test, sidak};
-
-/// Luminance, from a few wavelengths.
-fn luminance(spectrum: SampledSpectrum, wavelengths: &Wavelengths) -> f64 {
-    let pdf = wavelengths.pdf();
-    let of = |i: usize| f64::from(spectrum[i] * y_bar().value(wavelengths.lambda[i]) / pdf[i]);
-    (0..LANES).map(of).sum::<f64>() / (LANES as f64 * f64::from(CIE_Y_INTEGRAL))
-}
 
 /// `E[L / (p_end p_departure)]` is the power: densities, emission and measures fit together for every kind of light.
 #[test]

@@ -2,6 +2,8 @@
 
 use super::common::{load_description, overrides};
 use glam::Vec2;
+use luz_color::observer::y_bar;
+use luz_color::{CIE_Y_INTEGRAL, LANES, SampledSpectrum, Wavelengths};
 use luz_geometry::{Ray, ShapeId};
 use luz_image::Image;
 use luz_render::light::{AreaLight, Light, LightEnd, Place};
@@ -103,6 +105,13 @@ pub const LIGHTS: [(&str, &str); 29] = [
 
 /// The world of a light and a few small things far apart.
 pub fn world(name: &str, light: &str) -> World {
+    let apart = r#"AttributeBegin Translate 0 -5 0 Shape "sphere" "float radius" 0.01 AttributeEnd
+        AttributeBegin Translate 3 -1 4 Shape "sphere" "float radius" 0.01 AttributeEnd"#;
+    world_with(name, light, apart)
+}
+
+/// The world of a light and other things.
+pub fn world_with(name: &str, light: &str, others: &str) -> World {
     let folder = folder();
     write(&folder, "wall.pfm", [6, 8], |x, y| match (x * 7 + y * 3) % 13 {
         0 => 20.0,
@@ -112,12 +121,8 @@ pub fn world(name: &str, light: &str) -> World {
     write(&folder, "lamp.pfm", [16, 16], |x, y| if (x + 3 * y) % 11 < 2 { 0.0 } else { 1.0 + ((x + y) % 5) as f32 });
     write(&folder, "slide.pfm", [96, 64], |x, y| if (x / 16 + y / 16) % 3 == 0 { 0.0 } else { 1.0 + (x % 7) as f32 });
     write(&folder, "sky.pfm", [32, 16], |x, y| if y < 9 { 1.0 + ((x / 3 + y) % 4) as f32 } else { 0.1 });
-    let file = folder.join(format!("{}.pbrt", name.replace(' ', "-")));
-    let text = format!(
-        r#"WorldBegin AttributeBegin {light} AttributeEnd
-        AttributeBegin Translate 0 -5 0 Shape "sphere" "float radius" 0.01 AttributeEnd
-        AttributeBegin Translate 3 -1 4 Shape "sphere" "float radius" 0.01 AttributeEnd"#
-    );
+    let file = folder.join(format!("{}-{}.pbrt", name.replace(' ', "-"), others.len()));
+    let text = format!("WorldBegin AttributeBegin {light} AttributeEnd {others}");
     fs::write(&file, text).expect("a scene can be written");
     let (description, _) = luz_scene::read(&file).unwrap_or_else(|errors| panic!("{errors}"));
     load_description(&description, &overrides([8, 8], 1)).world
@@ -171,4 +176,11 @@ pub fn chi2_ends(
             3,
         ),
     }
+}
+
+/// Luminance, from a few wavelengths.
+pub fn luminance(spectrum: SampledSpectrum, wavelengths: &Wavelengths) -> f64 {
+    let pdf = wavelengths.pdf();
+    let of = |i: usize| f64::from(spectrum[i] * y_bar().value(wavelengths.lambda[i]) / pdf[i]);
+    (0..LANES).map(of).sum::<f64>() / (LANES as f64 * f64::from(CIE_Y_INTEGRAL))
 }
