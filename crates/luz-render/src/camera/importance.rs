@@ -9,6 +9,7 @@
 //! pixel is the pixel's value under the box filter (Veach 1997, section 8.3.2, with the film's position as response).
 
 use super::{Camera, Projection};
+use crate::film::FilmWindow;
 use crate::sphere_map::SphereMap;
 use glam::{Vec2, Vec3};
 use luz_geometry::{Ray, Transform};
@@ -131,6 +132,17 @@ impl Camera {
                 && uv.cmple(Vec2::ONE + margin).all()
         };
         candidates.into_iter().map(Vec2::from).filter(is_beyond).map(|uv| uv * self.resolution).collect()
+    }
+
+    /// The film positions of different paths within a window: not those beyond the border of a panorama, which
+    /// [repeat](Self::repeated_films) others.
+    pub fn window_of_paths(&self, window: FilmWindow) -> FilmWindow {
+        match self.projection {
+            Projection::Spherical(_) => {
+                FilmWindow { min: window.min.max(Vec2::ZERO), max: window.max.min(self.resolution) }
+            }
+            Projection::Perspective | Projection::Orthographic => window,
+        }
     }
 
     /// Square pixels by area of the screen.
