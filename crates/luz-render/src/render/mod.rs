@@ -68,13 +68,13 @@ impl<'a> Renderer<'a> {
             Integrator::PrimarySpace(options) => {
                 Some(Box::new(ChainRounds::new(PrimarySpace::new(world, camera, settings, *options), settings)))
             }
-            Integrator::PathSpace(options) => {
-                Some(Box::new(ChainRounds::new(PathSpaceMetropolis::new(world, camera, settings, *options), settings)))
-            }
             Integrator::Multiplexed(options) => {
                 Some(Box::new(ChainRounds::new(Multiplexed::new(world, camera, settings, *options), settings)))
             }
-            Integrator::Path(_) | Integrator::Light(_) | Integrator::Bidirectional(_) => None,
+            Integrator::PathSpace(options) => {
+                Some(Box::new(ChainRounds::new(PathSpaceMetropolis::new(world, camera, settings, *options), settings)))
+            }
+            _ => None,
         };
         Self {
             settings,

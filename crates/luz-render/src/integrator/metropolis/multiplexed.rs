@@ -1,108 +1,145 @@
-//! Multiplexed Metropolis light transport.
+//! Multiplexed Metropolis light transport (Hachisuka, Kaplanyan and Dachsbacher 2014).
 //!
-//! Hachisuka, Kaplanyan and Dachsbacher 2014, "Multiplexed Metropolis Light Transport": a chain in primary sample space whose paths
-//! all scatter equally often, and whose technique, of those of bidirectional path tracing, is one of the coordinates. So the chain spends its
-//! time on those techniques that find much. (pbrt-v4's integrator `mlt` is this one.)
+//! A chain is of paths of one length, and in primary sample space; one more coordinate chooses the technique `(s, t)` of bidirectional
+//! path tracing by which a path is made. Of a state only that one path is made. With `N` techniques of the length, each chosen with
+//! probability `1 / N`, the estimator is
+//!
+//! ```text
+//! F(u) = N w_{s,t}(x) f(x) / p_{s,t}(x),
+//! ```
+//!
+//! with the weight `w` of multiple importance sampling. Small steps move within a technique most of the time; a chain spends its time
+//! in techniques in proportion to what they contribute, as importance sampling of techniques would.
+//!
+//! Lengths are kept apart. Candidates are of one length each, all those of a length one after the other, and the mean of
+//! what they contribute is that length's part `b_d` of `b`. Chains are spread evenly over the candidates' weights, so that the share
+//! `b_d / b` of all chains is of that length, up to one chain.
 
-use super::primary::{Contribution, Estimators, PrimaryState};
-use super::{ChainContext, ChainProcess, Importance, MultiplexedIntegrator, MutationStatistics};
+use super::primary_chain::{Arrival, MUTATIONS, PrimaryState, Steps};
+use super::{ChainContext, ChainProcess, Importance, MultiplexedIntegrator, MutationStatistics, count_rays};
 use crate::camera::Camera;
+use crate::film::FilmWindow;
+use crate::integrator::walks::{Walks, camera_start};
 use crate::render::RenderCost;
 use crate::settings::Settings;
+use crate::transport::SceneSpace;
 use crate::world::World;
 use glam::Vec2;
+use luz_color::Wavelengths;
 use luz_sample::Samples;
-use luz_sample::markov::{Chain, PrimarySamples, Proposal};
+use luz_sample::markov::{Chain, PrimarySamples};
+use luz_sample::mis::Heuristic;
 use luz_sample::random::{Random, hash};
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// Multiplexed Metropolis.
 pub struct Multiplexed<'a> {
-    estimators: Estimators<'a>,
+    world: &'a World,
+    camera: &'a Camera,
+    settings: &'a Settings,
     options: MultiplexedIntegrator,
-    /// The fewest scatterings, and how many numbers of them there are.
-    min_depth: u32,
-    depths: u32,
-    seed: u64,
+    window: FilmWindow,
 }
 
 /// The streams of seeds: what candidates and chains draw are different numbers.
 const CANDIDATE_STREAM: u64 = 0x6d6d_6c31;
 const CHAIN_STREAM: u64 = 0x6d6d_6c32;
 
-/// The kinds of mutations, and their places.
-const MUTATIONS: [&str; 2] = ["large step", "small step"];
-const LARGE: usize = 0;
-const SMALL: usize = 1;
+/// Every length has as many candidates as are asked for, as long as there are no more than so many lengths; else they share what
+/// so many would have, lest very long paths, which hardly contribute, take all the time.
+const MOST_FULL_LENGTHS: u64 = 16;
 
-/// The stream of the coordinate that chooses the technique; all others are in stream 0.
-const TECHNIQUE_STREAM: usize = 1;
-
-/// A chain, and how often its paths scatter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A chain of paths of one length.
+#[derive(Serialize, Deserialize)]
 pub struct MultiplexedChain {
-    depth: u32,
     chain: Chain<PrimaryState>,
+    /// How many times its paths scatter.
+    depth: u32,
+    /// The integral of the target density over paths of this length, `b_d`.
+    normalization: f64,
+}
+
+/// Memory for one step after another.
+#[derive(Default)]
+pub struct MultiplexedScratch<'w> {
+    spare: PrimaryState,
+    walks: Walks<'w>,
 }
 
 impl<'a> Multiplexed<'a> {
     /// Over the paths of a world.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings, options: MultiplexedIntegrator) -> Self {
-        let min_depth = options.metropolis.direct_light.min_depth();
-        let estimators = Estimators::new(world, camera, settings, [min_depth, options.max_depth]);
-        // No depth at all is no light: the candidates of the fewest scatterings are then left out.
-        let depths = (options.max_depth + 1).saturating_sub(min_depth);
-        Self { estimators, options, min_depth, depths, seed: settings.seed }
+        Self { world, camera, settings, options, window: settings.film_window() }
     }
 
-    /// The path of a point of primary sample space that scatters so often, over the probability of its technique.
+    /// How many candidates are of one length.
+    fn candidates_each(&self) -> u64 {
+        let (samples, lengths) = (self.options.metropolis.bootstrap_samples, self.strata());
+        samples.saturating_mul(lengths.min(MOST_FULL_LENGTHS)).div_ceil(lengths).max(1)
+    }
+
+    /// How many times paths scatter that a candidate is of.
+    fn depth(&self, candidate: u64) -> u32 {
+        let length = u32::try_from(candidate / self.candidates_each()).unwrap_or(u32::MAX);
+        self.options.metropolis.direct_light.min_depth().saturating_add(length)
+    }
+
+    /// What a point of primary sample space is, as a path that scatters `depth` times.
     fn evaluate(
         &self,
         depth: u32,
-        mut samples: PrimarySamples<'_>,
-        found: &mut Vec<Contribution>,
+        walks: &mut Walks<'a>,
+        samples: &mut PrimarySamples<'_>,
+        found: &mut Vec<Arrival>,
         cost: &mut RenderCost,
     ) {
-        // A path of n vertices has n techniques: from none to all but one of them are made from the light.
-        let vertices = depth as usize + 2;
-        samples.set_stream(TECHNIQUE_STREAM);
-        let s = ((samples.next_1d() * vertices as f32) as usize).min(vertices - 1);
-        samples.set_stream(0);
-        self.estimators.technique((s, vertices - s), &mut samples, found, cost);
-        found.iter_mut().for_each(|contribution| contribution.scale(vertices as f32));
-    }
-
-    /// How many candidates each depth has.
-    fn candidates_each(&self) -> u64 {
-        self.options.metropolis.bootstrap_samples.div_ceil(u64::from(self.depths.max(1)))
-    }
-
-    /// How often the path of a candidate scatters. Depths follow one another, so that chains, which are spread evenly over the candidates'
-    /// weights, are spread evenly over depths.
-    fn depth_of(&self, candidate: u64) -> u32 {
-        let place = (candidate / self.candidates_each().max(1)).min(u64::from(self.depths.saturating_sub(1)));
-        self.min_depth + place as u32
-    }
-
-    /// A candidate, made from its number.
-    fn candidate_state(&self, number: u64, stage: u64, state: &mut PrimaryState, cost: &mut RenderCost) {
-        let PrimaryState { sample, contributions } = state;
-        contributions.clear();
-        if self.depths == 0 {
+        if depth > self.options.max_depth {
             return;
         }
-        let mut random = Random::new(hash(self.seed, CANDIDATE_STREAM, stage, 0), number, 0);
-        self.evaluate(self.depth_of(number), PrimarySamples::large(sample, &mut random), contributions, cost);
+        let Self { world, camera, window, .. } = *self;
+        // Of n vertices, from none to n − 1 are made from the light: as many techniques as vertices.
+        let vertices = depth as usize + 2;
+        let chosen = (f64::from(samples.next_1d()) * vertices as f64) as usize;
+        let technique = (chosen, vertices - chosen);
+        let wavelengths = Wavelengths::sample_visible(samples.next_1d());
+        let start = camera_start(window, technique.1 > 1, samples);
+        let space = SceneSpace::new(world, camera, window, wavelengths, start.time_u);
+        let mut rgb = [0.0; 3];
+        let mut film = None;
+        walks.one_technique(&space, &start, technique, Heuristic::default(), samples, |path, weight| {
+            let color = path.rgb(&space, &self.settings.sensor);
+            let scale = vertices as f32 * weight;
+            rgb = std::array::from_fn(|c| rgb[c] + scale * color[c]);
+            film = path.film(&space, &start);
+        });
+        if let Some(film) = film {
+            found.push(Arrival::at(film, rgb));
+        }
+        cost.paths += 1;
+        count_rays(&space, cost);
+    }
+
+    /// A candidate, made from its number. Returns its target density.
+    fn draw_candidate(
+        &self,
+        number: u64,
+        stage: u64,
+        importance: &Importance,
+        MultiplexedScratch { spare, walks }: &mut MultiplexedScratch<'a>,
+        cost: &mut RenderCost,
+    ) -> f64 {
+        let mut random = Random::new(hash(self.settings.seed, CANDIDATE_STREAM, stage, 0), number, 0);
+        let depth = self.depth(number);
+        spare.draw(&mut random, importance, |samples, found| self.evaluate(depth, walks, samples, found, cost))
     }
 }
 
-impl ChainProcess for Multiplexed<'_> {
+impl<'a> ChainProcess for Multiplexed<'a> {
     type Chain = MultiplexedChain;
-    type Scratch = PrimaryState;
+    type Scratch = MultiplexedScratch<'a>;
 
-    fn scratch(&self) -> PrimaryState {
-        PrimaryState::default()
+    fn scratch(&self) -> MultiplexedScratch<'a> {
+        MultiplexedScratch::default()
     }
 
     fn mutations(&self) -> &'static [&'static str] {
@@ -110,7 +147,13 @@ impl ChainProcess for Multiplexed<'_> {
     }
 
     fn candidates(&self) -> u64 {
-        self.candidates_each() * u64::from(self.depths.max(1))
+        self.candidates_each().saturating_mul(self.strata())
+    }
+
+    /// One for each length. At least one, of which no candidate finds anything, where all paths are too short for the chains.
+    fn strata(&self) -> u64 {
+        let min_depth = self.options.metropolis.direct_light.min_depth();
+        u64::from(self.options.max_depth.saturating_sub(min_depth)) + 1
     }
 
     fn candidate(
@@ -118,17 +161,15 @@ impl ChainProcess for Multiplexed<'_> {
         number: u64,
         stage: u64,
         importance: &Importance,
-        scratch: &mut PrimaryState,
+        scratch: &mut MultiplexedScratch<'a>,
         splat: &mut impl FnMut(Vec2, f64),
         cost: &mut RenderCost,
     ) -> f64 {
-        self.candidate_state(number, stage, scratch, cost);
-        // Each depth has its share of the candidates, and b is the sum over depths.
-        let share = f64::from(self.depths);
-        for contribution in &scratch.contributions {
-            splat(contribution.film(), contribution.density(importance) * share);
-        }
-        scratch.density(importance) * share
+        // Each length has its share of all candidates.
+        let lengths = self.strata() as f64;
+        let weight = lengths * self.draw_candidate(number, stage, importance, scratch, cost);
+        scratch.spare.found.iter().for_each(|found| splat(found.film(), lengths * found.density(importance)));
+        weight
     }
 
     fn begin(
@@ -136,59 +177,36 @@ impl ChainProcess for Multiplexed<'_> {
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
-        _: &mut PrimaryState,
+        stratum_normalization: f64,
+        scratch: &mut MultiplexedScratch<'a>,
         cost: &mut RenderCost,
     ) -> Option<MultiplexedChain> {
-        let mut state = PrimaryState::default();
-        self.candidate_state(candidate, 0, &mut state, cost);
-        let density = state.density(context.importance);
-        let seed = hash(self.seed, CHAIN_STREAM, 0, 0);
-        let depth = self.depth_of(candidate);
-        (density > 0.0).then(|| MultiplexedChain { depth, chain: Chain::new(seed, chain, state, density) })
+        let density = self.draw_candidate(candidate, 0, context.importance, scratch, cost);
+        let seed = hash(self.settings.seed, CHAIN_STREAM, 0, 0);
+        (density > 0.0).then(|| MultiplexedChain {
+            chain: Chain::new(seed, chain, scratch.spare.clone(), density),
+            depth: self.depth(candidate),
+            normalization: stratum_normalization,
+        })
     }
 
     fn advance(
         &self,
-        MultiplexedChain { depth, chain }: &mut MultiplexedChain,
+        MultiplexedChain { chain, depth, normalization }: &mut MultiplexedChain,
         steps: u64,
-        context: ChainContext<'_>,
-        spare: &mut PrimaryState,
+        ChainContext { importance, .. }: ChainContext<'_>,
+        MultiplexedScratch { spare, walks }: &mut MultiplexedScratch<'a>,
         splat: &mut impl FnMut(Vec2, [f32; 3], f64),
         statistics: &mut MutationStatistics,
         cost: &mut RenderCost,
     ) {
         let MultiplexedIntegrator { large_step_probability, kernel, .. } = self.options;
-        for _ in 0..steps {
-            let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
-            let before = *cost;
-            let mut is_large = false;
-            let step = chain.step(spare, |current, proposed, random| {
-                is_large = random.next_f64() < large_step_probability;
-                let PrimaryState { sample, contributions } = &mut *proposed;
-                let samples = if is_large {
-                    PrimarySamples::large(sample, random)
-                } else {
-                    PrimarySamples::small(&current.sample, sample, kernel, random)
-                };
-                self.evaluate(*depth, samples, contributions, cost);
-                Some(Proposal::symmetric(proposed.density(context.importance)))
-            });
-            // Large steps are independent samples of one depth, whose own b is not known well enough for them to be used twice.
-            for (state, density, weight) in [
-                (step.current, step.current_density, step.current_weight),
-                (step.proposed, step.proposed_density, step.proposed_weight),
-            ] {
-                if weight > 0.0 && density > 0.0 {
-                    state.contributions.iter().for_each(|found| splat(found.film(), found.color(density), weight));
-                }
-            }
-            let kind = if is_large { LARGE } else { SMALL };
-            let rays = cost.rays + cost.shadow_rays - before.rays - before.shadow_rays;
-            statistics.record(kind, step.outcome, step.proposed_weight, rays);
-            if let Some(begun) = begun {
-                statistics.time(kind, begun.elapsed());
-            }
-        }
+        // The share b_d / b of all chains is of this length, so that what the engine scales by b is scaled by b_d in the end.
+        let going = Steps { importance, normalization: *normalization, large_step_probability, kernel };
+        let evaluate = |samples: &mut PrimarySamples<'_>, found: &mut Vec<Arrival>, cost: &mut RenderCost| {
+            self.evaluate(*depth, walks, samples, found, cost);
+        };
+        going.advance(chain, steps, spare, evaluate, splat, (statistics, cost));
     }
 
     fn longest_stay(&self, chain: &MultiplexedChain) -> u64 {
@@ -202,7 +220,10 @@ impl ChainProcess for Multiplexed<'_> {
 
     fn restore(&self, bytes: &[u8]) -> Option<MultiplexedChain> {
         let (chain, rest) = postcard::take_from_bytes::<MultiplexedChain>(bytes).ok()?;
-        let is_ours = (self.min_depth..=self.options.max_depth).contains(&chain.depth);
-        (rest.is_empty() && is_ours).then_some(chain)
+        let is_sound = rest.is_empty()
+            && chain.depth <= self.options.max_depth
+            && chain.normalization > 0.0
+            && chain.normalization.is_finite();
+        is_sound.then_some(chain)
     }
 }

@@ -40,16 +40,13 @@ pub(super) fn integrator(context: &mut Context<'_>, overrides: &Overrides) -> In
             refuse_pictures_of_strategies(context, entity);
             Integrator::Bidirectional(bidirectional(BidirectionalTechniques::All))
         }
-        IntegratorKind::PrimarySpace => {
-            let estimator = overrides.metropolis.estimator.unwrap_or_default();
-            Integrator::PrimarySpace(PrimarySpaceIntegrator {
-                max_depth,
-                metropolis: metropolis(context, entity, &overrides.metropolis),
-                estimator,
-                large_step_probability: large_step_probability(context, entity, &overrides.metropolis),
-                kernel: kernel(context, entity, &overrides.metropolis),
-            })
-        }
+        IntegratorKind::PrimarySpace => Integrator::PrimarySpace(PrimarySpaceIntegrator {
+            max_depth,
+            metropolis: metropolis(context, entity, &overrides.metropolis),
+            estimator: overrides.metropolis.estimator.unwrap_or_default(),
+            large_step_probability: large_step_probability(context, entity, &overrides.metropolis),
+            kernel: kernel(context, entity, &overrides.metropolis),
+        }),
         IntegratorKind::Multiplexed => Integrator::Multiplexed(MultiplexedIntegrator {
             max_depth,
             metropolis: metropolis(context, entity, &overrides.metropolis),
@@ -88,10 +85,10 @@ pub(super) fn mutations_per_pixel(context: &mut Context<'_>, integrator: &Integr
     Some(count.max(1) as u32)
 }
 
-/// Where nobody says how many candidates chains are to begin from: so many that they cost a sixteenth of the mutations, and no fewer
+/// Where nobody says how many candidates chains are to begin from: so many there are a sixty-fourth of the mutations, and no fewer
 /// than pbrt-v4 has. What brightness is wrong by, all pixels are.
 pub(super) fn default_bootstrap(integrator: &mut Integrator, entity: &Entity, overrides: &Overrides, mutations: u64) {
-    const SHARE: u64 = 16;
+    const SHARE: u64 = 64;
     const MOST: u64 = 1 << 22;
     let is_said =
         overrides.metropolis.bootstrap_samples.is_some() || entity.parameters.get("bootstrapsamples").is_some();
