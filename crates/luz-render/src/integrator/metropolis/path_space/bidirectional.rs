@@ -133,9 +133,9 @@ impl Bidirectional {
             let as_end = ends_on_light && i + 1 == from_eye;
             extend(space, Side::Eye, &mut walk, as_end, samples)?;
         }
-        if ends_on_light {
-            let last = walk.last_mut()?;
-            last.vertex = space.as_light(&last.vertex)?;
+        if ends_on_light && let [.., at, last] = &mut walk[..] {
+            let end = space.choose_end(&at.vertex, last.vertex.clone(), samples.next_1d());
+            last.vertex = space.as_light(&end)?;
         }
 
         y.extend_from(&x[..kept.light]);
@@ -215,7 +215,7 @@ impl Bidirectional {
         for division in 0..choices {
             let meeting = start + division;
             let is_possible = match meeting {
-                0 => space.is_found_last(&nodes[0].vertex),
+                0 => space.can_be_hit(&nodes[0].vertex),
                 _ if !is_on_film(space, y) => false,
                 _ => nodes[meeting - 1..=meeting]
                     .iter()
@@ -223,6 +223,7 @@ impl Bidirectional {
             };
             if is_possible {
                 let light = match (start, division) {
+                    (0, 0) => f64::from(space.end_probability(&nodes[1].vertex, &nodes[0].vertex)).ln(),
                     (0, 1) if n > 2 => f64::from(space.direct_density(&nodes[1].vertex, &nodes[0].vertex)).ln(),
                     _ => light_so_far,
                 };
@@ -255,7 +256,7 @@ fn can_be_restored<P: PathSpace>(space: &P, path: &Path<P::Vertex>, kept: Kept) 
         pair.iter().all(|node| !node.bounce.is_specular() && space.is_connectable(&node.vertex))
     };
     let edges = kept.light.saturating_sub(1)..(nodes.len() - kept.eye + 1).min(nodes.len());
-    kept.light == 0 && space.is_found_last(&nodes[0].vertex)
+    kept.light == 0 && space.can_be_hit(&nodes[0].vertex)
         || is_on_film(space, path) && nodes.get(edges).is_some_and(|nodes| nodes.windows(2).any(connects))
 }
 

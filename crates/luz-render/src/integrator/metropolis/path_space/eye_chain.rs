@@ -26,7 +26,7 @@ pub(super) fn eye_chains<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> Opt
             i -= 1;
         }
         if i == 0 || i == 1 || !nodes[i - 1].bounce.is_specular() {
-            let can_be_found = i > 0 || space.is_found_last(&nodes[0].vertex);
+            let can_be_found = i > 0 || space.can_be_hit(&nodes[0].vertex);
             return can_be_found.then_some(EyeChains { kept: i, chains });
         }
         chains += 1;
@@ -77,7 +77,7 @@ fn replace<P: PerturbationSpace>(
             Bounce::Specular(kind) => follow(space, &walk, kind, as_end)?,
             Bounce::Spread => space.turn(at, (&old[i + 1].vertex, &old[i].vertex), moves.turn, samples)?,
         };
-        let next = if as_end { space.as_light(&next)? } else { next };
+        let next = if as_end { space.as_light(&space.choose_end(at, next, samples.next_1d()))? } else { next };
         walk.push(Node { bounce: old[i].bounce, ..Node::unknown(&next) });
     }
     y.clear();
@@ -108,11 +108,14 @@ pub(super) fn ln_density<P: PerturbationSpace>(
 ) -> f64 {
     let (old, new) = (x.nodes(), y.nodes());
     let is_this_move = kept == Kept { light: found.kept, eye: 1 } && old.len() == new.len();
-    if !is_this_move || kept.light == 0 && !space.is_found_last(&new[0].vertex) {
+    if !is_this_move {
         return f64::NEG_INFINITY;
     }
     let eye = old.len() - 1;
-    let mut sum = 0.0;
+    let mut sum = match kept.light {
+        0 => f64::from(space.end_probability(&new[1].vertex, &new[0].vertex)).ln(),
+        _ => 0.0,
+    };
     for i in (kept.light..eye).rev() {
         if old[i].bounce != new[i].bounce {
             return f64::NEG_INFINITY;
