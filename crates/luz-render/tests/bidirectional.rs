@@ -172,3 +172,15 @@ fn look_mlt() {
         );
     }
 }
+#[test]
+#[ignore]
+fn sizes() {
+    use std::mem::size_of;
+    println!(
+        "bsdf {} vertex {} node {} surface {}",
+        size_of::<luz_render::bsdf::Bsdf>(),
+        size_of::<luz_render::transport::SceneVertex>(),
+        size_of::<luz_render::transport::Node<luz_render::transport::SceneVertex>>(),
+        size_of::<luz_render::transport::SurfaceVertex>()
+    );
+}

@@ -181,6 +181,7 @@ fn parts_of_other_renders_are_refused() {
         let mut render = renderer(&loaded);
         render.pass(20);
         let part = render.part();
+        drop(render);
         (loaded, part)
     });
     for (i, (loaded, _)) in parts.iter().enumerate() {

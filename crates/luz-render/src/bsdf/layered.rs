@@ -64,7 +64,8 @@ pub struct CoatMedium {
 ///
 /// The value is an unbiased estimate that is a fixed function of the seed and the two directions. The density of
 /// [`sample`](Self::sample) is unknown, its `f/pdf` an unbiased estimate of the throughput; for combining with other
-/// techniques, the density of [`evaluate`](Self::evaluate) is a fixed, noise-free function that resembles it. Because
+/// techniques, the density of [`evaluate`](Self::evaluate) is a fixed, noise-free function that resembles it, and is exact
+/// for [`propose`](Self::propose). Because
 /// both techniques are weighted by that one function, the weights sum to one, and because it does not depend on the
 /// walks, the combination stays unbiased.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +115,7 @@ impl Layered {
         flags
     }
 
-    /// See [`TrowbridgeReitz::regularize`].
+    /// See [`TrowbridgeReitz::regularize`](super::TrowbridgeReitz::regularize).
     pub fn regularize(&mut self) {
         self.top.regularize();
         if let Base::Conductor(base) = &mut self.base {

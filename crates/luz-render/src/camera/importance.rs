@@ -9,6 +9,7 @@
 //! pixel is the pixel's value under the box filter (Veach 1997, section 8.3.2, with the film's position as response).
 
 use super::{Camera, Projection};
+use crate::film::FilmWindow;
 use crate::sphere_map::SphereMap;
 use glam::{Vec2, Vec3};
 use luz_geometry::{Ray, Transform};
@@ -87,7 +88,8 @@ impl Camera {
     /// Where on the film, in pixels, light from the point `from` falls, and the camera's response `W` to it: square pixels
     /// per steradian, or per area perpendicular to the direction for orthographic cameras, all in the world's measure.
     ///
-    /// `None` behind the camera and beyond `margin` pixels around the film. A panorama has no margin: it is whole.
+    /// `None` behind the camera and beyond `margin` pixels around the film. A panorama is whole, and positions beyond its
+    /// border repeat those within: see [`repeated_films`](Self::repeated_films).
     pub fn film(&self, end: &CameraEnd, from: Vec3, margin: f32) -> Option<(Vec2, f32)> {
         let (film, response) = self.with_transform(end.time, |transform| match self.projection {
             Projection::Perspective => self.perspective_film(transform, end, from),
@@ -97,6 +99,50 @@ impl Camera {
         let is_within =
             film.cmpge(Vec2::splat(-margin)).all() && film.cmple(self.resolution + Vec2::splat(margin)).all();
         (is_within && response > 0.0 && response.is_finite()).then_some((film, response))
+    }
+
+    /// The positions up to `margin` pixels beyond the film whose rays are the same as that of `film`, within it, with the
+    /// same response: what falls near one border of a panorama falls near another, too. None for other cameras.
+    pub fn repeated_films(&self, film: Vec2, margin: f32) -> Vec<Vec2> {
+        let Projection::Spherical(map) = self.projection else { return Vec::new() };
+        let margin = Vec2::splat(margin) / self.resolution;
+        let Vec2 { x: u, y: v } = film / self.resolution;
+        let candidates = match map {
+            // Around the axis, and over the poles to the other side.
+            SphereMap::LatitudeLongitude => {
+                [(u - 1.0, v), (u + 1.0, v), (u - 0.5, -v), (u + 0.5, -v), (u - 0.5, 2.0 - v), (u + 0.5, 2.0 - v)]
+                    .to_vec()
+            }
+            // Edges are glued to themselves, and all corners are one point.
+            SphereMap::EqualArea => [
+                (-u, 1.0 - v),
+                (2.0 - u, 1.0 - v),
+                (1.0 - u, -v),
+                (1.0 - u, 2.0 - v),
+                (u - 1.0, v - 1.0),
+                (u - 1.0, v + 1.0),
+                (u + 1.0, v - 1.0),
+                (u + 1.0, v + 1.0),
+            ]
+            .to_vec(),
+        };
+        let is_beyond = |uv: &Vec2| {
+            (uv.cmplt(Vec2::ZERO).any() || uv.cmpgt(Vec2::ONE).any())
+                && uv.cmpge(-margin).all()
+                && uv.cmple(Vec2::ONE + margin).all()
+        };
+        candidates.into_iter().map(Vec2::from).filter(is_beyond).map(|uv| uv * self.resolution).collect()
+    }
+
+    /// The film positions of different paths within a window: not those beyond the border of a panorama, which
+    /// [repeat](Self::repeated_films) others.
+    pub fn window_of_paths(&self, window: FilmWindow) -> FilmWindow {
+        match self.projection {
+            Projection::Spherical(_) => {
+                FilmWindow { min: window.min.max(Vec2::ZERO), max: window.max.min(self.resolution) }
+            }
+            Projection::Perspective | Projection::Orthographic => window,
+        }
     }
 
     /// Square pixels by area of the screen.

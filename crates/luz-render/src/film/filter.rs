@@ -75,6 +75,13 @@ impl Filter {
         profile(self.kind, self.radius.x, offset.x) * profile(self.kind, self.radius.y, offset.y)
     }
 
+    /// The filter's profiles, of which [`evaluate`](Self::evaluate) is the product: along x (axis 0) or y (axis 1), at an offset from
+    /// the pixel's centre.
+    #[inline]
+    pub fn profile(&self, axis: usize, offset: f32) -> f32 {
+        profile(self.kind, self.radius[axis], offset)
+    }
+
     /// The integral of [`evaluate`](Self::evaluate) over the plane, in px².
     pub fn integral(&self) -> f64 {
         self.axes[0].integral * self.axes[1].integral

@@ -1,8 +1,11 @@
 //! Which pixels a film position belongs to, and with which weights.
 
 use super::bounds::PixelBounds;
-use super::filter::Filter;
+use super::filter::{Filter, FilterKind};
 use glam::Vec2;
+
+/// Values of the profile along x that are kept.
+const KEPT: usize = 16;
 
 /// Spreads splats over pixels: each receives what its filter, normalised to an integral of 1 px², has at the splat's distance.
 ///
@@ -36,16 +39,32 @@ impl Footprint {
             from..if at.is_nan() { from } else { to }
         };
         let width = (x1 - x0) as usize;
-        let columns = range(film.x, self.radius.x, x0, x1);
-        for y in range(film.y, self.radius.y, y0, y1) {
-            let dy = film.y - (y as f32 + 0.5);
-            let row = (y - y0) as usize * width;
-            for x in columns.clone() {
-                let value = self.filter.evaluate(Vec2::new(film.x - (x as f32 + 0.5), dy));
-                if value != 0.0 {
-                    receive(row + (x - x0) as usize, f64::from(value) * self.inverse_integral);
+        let (columns, rows) = (range(film.x, self.radius.x, x0, x1), range(film.y, self.radius.y, y0, y1));
+        if self.filter.kind() == FilterKind::Box {
+            // The profile is one everywhere.
+            for y in rows {
+                for x in columns.clone() {
+                    receive((y - y0) as usize * width + (x - x0) as usize, self.inverse_integral);
                 }
             }
+            return;
+        }
+        // The profile along x is the same for all rows. Wide filters have more pixels than are kept, and are taken piece by piece.
+        let mut first = columns.start;
+        while first < columns.end {
+            let end = columns.end.min(first + KEPT as u32);
+            let mut across = [0.0; KEPT];
+            for (value, x) in across.iter_mut().zip(first..end) {
+                *value = self.filter.profile(0, film.x - (x as f32 + 0.5));
+            }
+            for y in rows.clone() {
+                let down = f64::from(self.filter.profile(1, film.y - (y as f32 + 0.5))) * self.inverse_integral;
+                let row = (y - y0) as usize * width;
+                for (value, x) in across.iter().zip(first..end) {
+                    receive(row + (x - x0) as usize, f64::from(*value) * down);
+                }
+            }
+            first = end;
         }
     }
 }
@@ -53,7 +72,6 @@ impl Footprint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::FilterKind;
 
     const BOUNDS: PixelBounds = PixelBounds { x0: 3, y0: 2, x1: 13, y1: 9 };
 

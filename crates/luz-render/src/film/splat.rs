@@ -265,7 +265,7 @@ impl SplatSums {
         bytes.is_empty().then_some(WrittenSplats { dropped, normalization, counts: new_counts, images: image_bytes })
     }
 
-    /// Adds what was [`read`](Self::read) for these sums. The normalisation is taken over.
+    /// Adds what was [`read`](Self::read) for these sums. The normalisation, if it is known there, is taken over.
     pub(crate) fn add_written(&mut self, written: &WrittenSplats<'_>) {
         let add = |image: &FixedImage, bytes: &[u8]| {
             if !bytes.is_empty() {
@@ -279,7 +279,10 @@ impl SplatSums {
                 [sums, squares].into_iter().zip(&written.images).for_each(|(image, bytes)| add(image, bytes));
             }
             Kept::Batches { images, mutations, normalization } => {
-                *normalization = written.normalization;
+                // Parts whose chains are still being prepared know none.
+                if written.normalization.value > 0.0 {
+                    *normalization = written.normalization;
+                }
                 mutations.iter_mut().zip(&written.counts).for_each(|(count, written)| *count = *written);
                 images.iter().zip(&written.images).for_each(|(image, bytes)| add(image, bytes));
             }

@@ -226,7 +226,7 @@ impl PixelEstimator for BidirectionalTracer<'_> {
             wavelengths.terminate_secondary();
         }
         for (film, value) in arrived {
-            splats.add(film, value, wavelengths);
+            space.all_films(film).for_each(|film| splats.add(film, value, wavelengths));
         }
         let (rays, shadow_rays) = space.rays();
         cost.rays += rays;

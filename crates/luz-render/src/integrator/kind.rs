@@ -196,6 +196,16 @@ impl Integrator {
         }
     }
 
+    /// As [`metropolis`](Self::metropolis), to be changed.
+    pub fn metropolis_mut(&mut self) -> Option<&mut Metropolis> {
+        match self {
+            Self::Path(_) | Self::Light(_) | Self::Bidirectional(_) => None,
+            Self::PrimarySpace(settings) => Some(&mut settings.metropolis),
+            Self::Multiplexed(settings) => Some(&mut settings.metropolis),
+            Self::PathSpace(settings) => Some(&mut settings.metropolis),
+        }
+    }
+
     /// What the film keeps of splats.
     pub fn splat_contents(&self) -> SplatContents {
         match (self.metropolis(), self) {

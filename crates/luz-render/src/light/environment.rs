@@ -1,5 +1,6 @@
 //! Environment maps.
 
+use super::distortion::{keeps_angles, local_solid_angle};
 use super::{Combination, LightSample, Target, brightness};
 use crate::sphere_map::SphereMap;
 use crate::texture::{SpectrumKind, TexelFilter};
@@ -27,6 +28,8 @@ pub struct ImageInfiniteLight {
     color_space: &'static RgbColorSpace,
     scale: f32,
     world_from_light: Transform,
+    /// Whether solid angles of the map's space are those of the world.
+    keeps_angles: bool,
     whole: SphereDistribution,
     /// What exceeds the share of the others.
     excess: SphereDistribution,
@@ -62,7 +65,8 @@ impl ImageInfiniteLight {
         let mean = whole.mean() as f32;
         let excess: Vec<f32> = brightness.iter().map(|b| (b - OTHERS_SHARE * mean).max(0.0)).collect();
         let excess = SphereDistribution::new(&texels, &excess)?;
-        Ok(Self { texels, color_space, scale, world_from_light, whole, excess })
+        let keeps_angles = keeps_angles(&world_from_light);
+        Ok(Self { texels, color_space, scale, world_from_light, keeps_angles, whole, excess })
     }
 
     fn distribution(&self, combination: Combination) -> &SphereDistribution {
@@ -74,28 +78,28 @@ impl ImageInfiniteLight {
 
     /// Draws a direction; `None` for a black map.
     pub fn sample(&self, combination: Combination, u: Vec2, wavelengths: &Wavelengths) -> Option<LightSample> {
-        let (uv, pdf) = self.distribution(combination).sample(u);
-        if pdf <= 0.0 {
-            return None;
-        }
-        Some(LightSample {
-            radiance: self.texel_radiance(uv, wavelengths),
-            direction: self.direction(uv),
-            target: Target::Infinity,
-            pdf,
-            is_delta: false,
-        })
+        let (uv, direction, pdf) = self.sample_map(combination, u)?;
+        let radiance = self.texel_radiance(uv, wavelengths);
+        Some(LightSample { radiance, direction, target: Target::Infinity, pdf, is_delta: false })
     }
 
     /// The direction of [`sample`](Self::sample) and its density in solid angle.
     pub fn sample_direction(&self, combination: Combination, u: Vec2) -> Option<(Vec3, f32)> {
+        self.sample_map(combination, u).map(|(_, direction, pdf)| (direction, pdf))
+    }
+
+    fn sample_map(&self, combination: Combination, u: Vec2) -> Option<(Vec2, Vec3, f32)> {
         let (uv, pdf) = self.distribution(combination).sample(u);
-        (pdf > 0.0).then(|| (self.direction(uv), pdf))
+        if pdf <= 0.0 {
+            return None;
+        }
+        let direction = self.world_from_light.vector(self.texels.direction(uv)).normalize();
+        Some((uv, direction, pdf * self.distortion(direction)))
     }
 
     /// The density of [`sample`](Self::sample) in solid angle.
     pub fn pdf(&self, combination: Combination, direction: Vec3) -> f32 {
-        self.distribution(combination).pdf(self.coordinates(direction))
+        self.distribution(combination).pdf(self.coordinates(direction)) * self.distortion(direction)
     }
 
     /// The radiance that arrives against `direction`.
@@ -110,8 +114,9 @@ impl ImageInfiniteLight {
         f64::from(2.0 * TAU * PI) * f64::from(scene_radius).powi(2) * mean * f64::from(self.scale) * f64::from(white)
     }
 
-    fn direction(&self, uv: Vec2) -> Vec3 {
-        self.world_from_light.vector(self.texels.direction(uv)).normalize()
+    /// Solid angle in the map's space by that in the world.
+    fn distortion(&self, direction: Vec3) -> f32 {
+        if self.keeps_angles { 1.0 } else { local_solid_angle(&self.world_from_light, direction) }
     }
 
     fn coordinates(&self, direction: Vec3) -> Vec2 {

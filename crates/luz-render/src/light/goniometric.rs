@@ -1,6 +1,7 @@
 //! A measured lamp: a point whose intensity an image gives for every direction.
 
-use super::point::{from_point, local_solid_angle};
+use super::distortion::local_solid_angle;
+use super::point::from_point;
 use super::{LightBounds, LightSample, ScaledSpectrum};
 use crate::sphere_map::SphereMap;
 use glam::{Vec2, Vec3};

@@ -3,6 +3,7 @@
 mod area;
 mod bounds;
 mod distant;
+mod distortion;
 mod emission;
 mod end;
 mod environment;

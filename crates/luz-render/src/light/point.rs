@@ -3,7 +3,7 @@
 use super::{LightBounds, LightSample, ScaledSpectrum, Target};
 use glam::{Vec2, Vec3};
 use luz_color::Wavelengths;
-use luz_geometry::{Frame, Transform};
+use luz_geometry::Frame;
 use std::f64::consts::TAU;
 
 /// A point that radiates evenly: intensity in W·sr⁻¹·nm⁻¹.
@@ -107,15 +107,6 @@ impl SpotLight {
         let (total, falloff) = (f64::from(self.cos_total), f64::from(self.cos_falloff));
         TAU * self.intensity.weight() * ((1.0 - falloff) + 0.5 * (falloff - total))
     }
-}
-
-/// The solid angle in a light's space by that in the world, about the unit direction `direction` in the world: 1 for
-/// transforms that keep angles.
-pub(super) fn local_solid_angle(world_from_light: &Transform, direction: Vec3) -> f32 {
-    // Of a linear map M, dω' = |det M| dω / |M ω|³.
-    let length = world_from_light.inverse().vector(direction).length();
-    let factor = world_from_light.inverse_matrix().determinant().abs() / (length * length * length);
-    if factor.is_finite() { factor } else { 0.0 }
 }
 
 /// The `t ∈ [0, 1]` up to which the smooth step `3t² − 2t³` has the fraction `u` of its integral: `2t³ − t⁴ = u`.

@@ -1,6 +1,6 @@
 //! A projector.
 
-use super::point::local_solid_angle;
+use super::distortion::{keeps_angles, local_solid_angle};
 use super::{LightBounds, LightSample, Target, brightness};
 use crate::texture::SpectrumKind;
 use glam::{Vec2, Vec3};
@@ -185,12 +185,4 @@ impl ProjectionLight {
             _ => LightBounds::point(self.position, strength),
         }
     }
-}
-
-fn keeps_angles(transform: &Transform) -> bool {
-    let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| transform.vector(axis));
-    let scale = x.length_squared().max(y.length_squared()).max(z.length_squared());
-    let skew = x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs());
-    let least = x.length_squared().min(y.length_squared()).min(z.length_squared());
-    skew <= 1e-4 * scale && scale - least <= 1e-4 * scale
 }

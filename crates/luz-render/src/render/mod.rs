@@ -141,6 +141,11 @@ impl<'a> Renderer<'a> {
         self.chains.as_ref().map(|chains| chains.report())
     }
 
+    /// Are there Markov chains?
+    pub fn has_chains(&self) -> bool {
+        self.chains.is_some()
+    }
+
     /// Are the Markov chains still being prepared? Their first states are looked for, and what they are scaled by.
     pub fn is_preparing(&self) -> bool {
         self.rounds_done < self.preparation()

@@ -28,6 +28,8 @@ impl<V: Clone> Node<V> {
 #[derive(Clone, Debug)]
 pub struct Path<V> {
     nodes: Vec<Node<V>>,
+    /// Memory for whoever makes a path out of walks.
+    spare: Vec<Node<V>>,
 }
 
 /// A product of many factors, which neither overflows nor underflows.
@@ -41,7 +43,7 @@ pub struct Contribution {
 
 impl<V> Default for Path<V> {
     fn default() -> Self {
-        Self { nodes: Vec::new() }
+        Self { nodes: Vec::new(), spare: Vec::new() }
     }
 }
 
@@ -69,6 +71,22 @@ impl<V: Clone> Path<V> {
     /// Adds a vertex towards the eye, of which nothing is known yet.
     pub fn push(&mut self, vertex: V, bounce: Bounce) {
         self.nodes.push(Node { vertex, bounce, geometry: 0.0, scattering: Scattering::NONE });
+    }
+
+    /// The vertices, for a walk from the light to go on with.
+    pub(crate) fn nodes_mut(&mut self) -> &mut Vec<Node<V>> {
+        &mut self.nodes
+    }
+
+    /// An empty list with memory of its own, to be [given back](Self::give_back), so that nothing is allocated anew for every path.
+    pub(crate) fn lend(&mut self) -> Vec<Node<V>> {
+        self.spare.clear();
+        std::mem::take(&mut self.spare)
+    }
+
+    /// Takes back what was lent.
+    pub(crate) fn give_back(&mut self, spare: Vec<Node<V>>) {
+        self.spare = spare;
     }
 
     /// Adds vertices of another path, with all that is known of them.

@@ -322,6 +322,22 @@ impl<'w> SceneSpace<'w> {
         }
     }
 
+    /// Where light from one vertex to the other, which is an orthographic camera, arrives.
+    fn film_plane(&self, a: &SceneVertex<'_>, b: &SceneVertex<'_>) -> Option<Vec3> {
+        let (camera, end, seen) = match (a, b) {
+            (camera @ SceneVertex::Camera(end, _), seen) | (seen, camera @ SceneVertex::Camera(end, _)) => {
+                (camera, end, seen)
+            }
+            _ => return None,
+        };
+        self.film(camera, seen).map(|film| self.camera.departure(end, film).origin)
+    }
+
+    /// All places on the film at which what is seen at one of them is seen: several, where a panorama's border repeats what is within.
+    pub fn all_films(&self, film: Vec2) -> impl Iterator<Item = Vec2> {
+        std::iter::once(film).chain(self.camera.repeated_films(film, f32::INFINITY))
+    }
+
     /// The place on the film that a vertex is seen at, and `W`.
     pub(super) fn importance(&self, end: &SceneVertex<'_>, seen: &SceneVertex<'_>) -> Option<(Vec2, f32)> {
         let SceneVertex::Camera(camera_end, _) = end else { return None };
@@ -489,7 +505,11 @@ impl<'w> PathSpace for SceneSpace<'w> {
         let Some((direction, _)) = direction(from, to) else { return false };
         let Some(origin) = from.offset_origin(direction) else { return false };
         let target = match to {
-            Anchor::Far(_) => Target::Infinity,
+            // An orthographic camera is infinitely far away for all but what stands behind it.
+            Anchor::Far(_) => match self.film_plane(a, b) {
+                Some(on_plane) => Target::Point(on_plane),
+                None => Target::Infinity,
+            },
             Anchor::Point { position, normal: None, .. } => Target::Point(position),
             Anchor::Point { position, error, normal: Some(normal) } => Target::Surface { position, error, normal },
         };

@@ -23,7 +23,7 @@ fn camera(projection: Projection, lens: Lens, start: &Transform, end: &Transform
 }
 
 /// Cameras of every projection: at rest, turned and moving, squeezed, sheared and mirrored.
-fn cameras() -> Vec<(String, Camera)> {
+pub fn cameras() -> Vec<(String, Camera)> {
     let rest = Transform::IDENTITY;
     let turned = Transform::translate(Vec3::new(1.0, -2.0, 0.5))
         .compose(&Transform::rotate(1.1, Vec3::new(1.0, 2.0, -0.5)).expect("an axis"));
@@ -54,6 +54,25 @@ fn cameras() -> Vec<(String, Camera)> {
         places.map(move |(how, start, end)| (format!("{what} {how}"), camera(projection, lens, &start, &end)))
     };
     projections.into_iter().flat_map(of).collect()
+}
+
+/// Cameras of every projection above a floor at y = −1, and the size of their film.
+pub fn looking_at_the_floor() -> (Vec<(String, Camera)>, Vec2) {
+    let above =
+        Transform::look_at(Vec3::new(0.5, 2.0, -3.5), Vec3::new(0.0, -1.0, 0.5), Vec3::Y).expect("an up").inverse();
+    let squeezed = above.compose(&Transform::scale(Vec3::new(1.3, 0.8, 1.6)).expect("a scale"));
+    let moved = Transform::translate(Vec3::new(0.4, 0.2, 0.0)).compose(&above);
+    let lens = Lens { radius: 0.3, focal_distance: 4.0 };
+    let of = |name: &str, projection, lens, start, end| (name.to_string(), camera(projection, lens, start, end));
+    let cameras = vec![
+        of("perspective", Projection::Perspective, PINHOLE, &above, &moved),
+        of("lens", Projection::Perspective, lens, &above, &squeezed),
+        of("orthographic", Projection::Orthographic, PINHOLE, &squeezed, &squeezed),
+        of("orthographic lens", Projection::Orthographic, lens, &above, &moved),
+        of("equal-area panorama", Projection::Spherical(SphereMap::EqualArea), PINHOLE, &above, &moved),
+        of("panorama", Projection::Spherical(SphereMap::LatitudeLongitude), PINHOLE, &squeezed, &squeezed),
+    ];
+    (cameras, size())
 }
 
 fn ends(camera: &Camera) -> [CameraEnd; 2] {
@@ -91,7 +110,7 @@ fn rays_and_film_positions_invert_each_other() {
 /// Film positions drawn evenly send rays by the response, which therefore integrates to the number of pixels; up to a
 /// factor that it is wrong by.
 fn response(camera: &Camera, end: &CameraEnd, factor: f64) -> Chi2Result {
-    const SAMPLES: u64 = 40_000;
+    const SAMPLES: u64 = 20_000;
     let pixels = f64::from(size().x * size().y);
     let at = |from: Vec3| camera.film(end, from, 0.0).map_or(1e-9, |(_, w)| factor * f64::from(w) / pixels);
     match end.place() {
@@ -128,12 +147,13 @@ fn the_response_is_the_density_of_the_film() {
     let cameras = cameras();
     let significance = sidak(SIGNIFICANCE, 2 * cameras.len());
     for (name, camera) in &cameras {
-        for end in ends(camera) {
-            let result = response(camera, &end, 1.0);
+        let which = if name.contains("moving") || name.contains("lens") { 2 } else { 1 };
+        for end in &ends(camera)[..which] {
+            let result = response(camera, end, 1.0);
             assert!(result.passes(significance), "{name}: {result:?}");
         }
         // Of an orthographic camera, only a small part of the film is looked at.
-        let wrong = if ends(camera)[0].is_infinite() { 1.25 } else { 1.03 };
+        let wrong = if ends(camera)[0].is_infinite() { 1.4 } else { 1.04 };
         if name.contains("sheared") {
             assert!(!response(camera, &ends(camera)[0], wrong).passes(1e-6), "{name}: a wrong response");
         }
@@ -149,6 +169,35 @@ fn the_response_heeds_the_transform() {
         let ahead = Vec3::new(0.0, 0.0, 2.0);
         let w = |camera: &Camera| camera.film(&ends(camera)[0], ahead, 0.0).map(|(_, w)| w).expect("in the middle");
         assert!((w(&plain) / w(&wide) - 2.0).abs() < 1e-4, "{projection:?}");
+    }
+}
+
+/// A panorama goes on across its border: rays from beyond it are those of positions within.
+#[test]
+fn panoramas_repeat_beyond_their_border() {
+    for map in [SphereMap::EqualArea, SphereMap::LatitudeLongitude] {
+        let camera = camera(Projection::Spherical(map), PINHOLE, &Transform::IDENTITY, &Transform::IDENTITY);
+        let end = ends(&camera)[0];
+        let (mut beyond, mut repeated) = (0, 0);
+        for i in 0..5000 {
+            const MARGIN: f32 = 4.0;
+            let film = Random::new(8, 0, i).next_2d() * (size() + 2.0 * MARGIN) - MARGIN;
+            let ray = camera.departure(&end, film);
+            let (within, _) = camera.film(&end, ray.origin + ray.direction, 0.0).expect("a panorama is whole");
+            let near = |p: &Vec2| p.distance(film) < 0.02;
+            let others = camera.repeated_films(within, MARGIN);
+            let is_beyond = film.cmplt(Vec2::ZERO).any() || film.cmpgt(size()).any();
+            let is_pole = camera.film(&end, ray.origin + ray.direction, 0.0).is_some_and(|(_, w)| w > 5e3);
+            assert!(is_pole || others.iter().any(near) == is_beyond, "{map:?} {film} {within} {others:?}");
+            for other in &others {
+                let again = camera.departure(&end, *other).direction;
+                assert!(again.distance(ray.direction) < 2e-3, "{map:?} {film} {other}");
+            }
+            beyond += i32::from(is_beyond);
+            repeated += others.len();
+        }
+        assert!(beyond > 500 && repeated > 500);
+        assert!(camera.repeated_films(0.5 * size(), 4.0).is_empty());
     }
 }
 

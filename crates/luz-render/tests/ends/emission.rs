@@ -48,8 +48,8 @@ fn ends_follow_their_density() {
             let known = light.end_pdf(context, &end);
             assert!((pdf / known - 1.0).abs() < 1e-2, "{name}: {pdf} {known}");
         }
-        if light.is_delta() {
-            return;
+        if light.is_delta() || number > 0 {
+            return; // The triangles of a mesh are alike.
         }
         let result = ends(world, context, number, light, 1.0);
         if !result.passes(sidak(SIGNIFICANCE, TESTS)) {
@@ -119,7 +119,8 @@ fn rays_leave_lights_by_their_density() {
     let mut failures = Vec::new();
     each(|name, world, context, number, light| {
         let sphere = world.bounding_sphere().into();
-        for i in 0..2 {
+        // A point is always the same.
+        for i in 0..if light.is_delta() { 1 } else { 2 } {
             let (end, _) = light.sample_end(number, context, Random::new(5, 1, i).next_2d()).expect("an end");
             let result = departures(sphere, context, light, &end, 1.0);
             if !result.passes(sidak(SIGNIFICANCE, TESTS)) {
@@ -137,7 +138,7 @@ fn wrong_densities_are_rejected() {
         // Images over curves take long to integrate.
         let is_slow = ["curved screen", "triangles of a screen", "globe", "lamp shade", "portal"].contains(&name);
         if !light.is_delta() && !is_slow {
-            assert!(!ends(world, context, number, light, 1.03).passes(1e-6), "{name}");
+            assert!(!ends(world, context, number, light, 1.05).passes(1e-6), "{name}");
         }
         let (end, _) = light.sample_end(number, context, Random::new(5, 1, 0).next_2d()).expect("an end");
         assert!(!departures(sphere, context, light, &end, 1.03).passes(1e-6), "{name}");
@@ -178,7 +179,7 @@ fn rays_start_clear_of_their_light() {
 fn emitters_are_chosen_by_power() {
     let lights = format!(
         r#"AttributeBegin {} AttributeEnd AttributeBegin {} AttributeEnd AttributeBegin {} AttributeEnd {}"#,
-        LIGHTS[11].1, LIGHTS[14].1, LIGHTS[21].1, LIGHTS[20].1
+        LIGHTS[11].1, LIGHTS[14].1, LIGHTS[23].1, LIGHTS[22].1
     );
     let world = world("many", &lights);
     let emitted = EmittedSpectrum::default();

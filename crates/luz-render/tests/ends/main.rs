@@ -5,6 +5,7 @@ mod camera;
 mod common;
 mod emission;
 mod next_event;
+mod one_bounce;
 mod power;
 mod specimens;
 

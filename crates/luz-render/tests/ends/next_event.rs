@@ -75,7 +75,9 @@ fn ends_for_a_point_are_those_of_light_samples() {
                     assert!((known / pdf - 1.0).abs() < 2e-2, "{name}: {known} {pdf}");
                 }
             }
-            let may_be_dark = name.contains("spot") || (name == "infinite" && combination == Combination::WithBsdf);
+            let may_be_dark = name.contains("spot")
+                || name.contains("projection")
+                || (name == "infinite" && combination == Combination::WithBsdf);
             assert!(may_be_dark || drawn > 50, "{name}: {drawn}");
         }
     }
@@ -84,7 +86,7 @@ fn ends_for_a_point_are_those_of_light_samples() {
 /// Closed surfaces, of which half is hidden from outside and drawn by no one, excepted.
 #[test]
 fn ends_for_a_point_follow_their_density() {
-    let closed = ["sphere", "ellipsoid", "cylinder", "globe", "lamp shade", "curved screen", "triangles of a screen"];
+    let closed = ["sphere", "ellipsoid", "cylinder", "globe", "lamp shade", "triangles of a screen"];
     let mut failures = Vec::new();
     for (name, text) in LIGHTS.iter().filter(|(name, _)| !closed.contains(name)) {
         let world = world(name, text);
@@ -94,7 +96,9 @@ fn ends_for_a_point_follow_their_density() {
         if light.is_delta() {
             continue;
         }
-        for reference in &references()[1..3] {
+        // Images take long to integrate.
+        let is_image = ["screen", "sky", "portal"].iter().any(|kind| name.contains(kind));
+        for reference in &references()[1..if is_image { 2 } else { 3 }] {
             let sample = |u| light.sample_end_from(0, context, reference, u).map(|(end, _)| end);
             let test = |factor: f64| {
                 chi2_ends(&world, 0, sample, |end| factor * f64::from(light.end_pdf_from(context, reference, end)))
@@ -103,7 +107,7 @@ fn ends_for_a_point_follow_their_density() {
             if !result.passes(sidak(SIGNIFICANCE, 40)) {
                 failures.push(format!("{name}, {reference:?}: {result:?}"));
             }
-            if reference.normal.is_some() {
+            if reference.normal.is_some() && ["triangle", "screen", "sky"].contains(name) {
                 assert!(!test(1.04).passes(1e-6), "{name}: a wrong density");
             }
         }

@@ -1,26 +1,19 @@
 //! What leaves a light is its power.
 
 use super::SIGNIFICANCE;
-use super::specimens::{LIGHTS, world};
-use luz_color::observer::y_bar;
-use luz_color::{CIE_Y_INTEGRAL, LANES, SampledSpectrum, Wavelengths};
+use super::specimens::{LIGHTS, luminance, world};
+use luz_color::Wavelengths;
 use luz_render::light::{BoundingSphere, Combination, EmittedSpectrum};
 use luz_sample::Samples;
 use luz_sample::random::Random;
 use luz_sample::test_support::{mean_z_test, sidak};
 
-/// Luminance, from a few wavelengths.
-fn luminance(spectrum: SampledSpectrum, wavelengths: &Wavelengths) -> f64 {
-    let pdf = wavelengths.pdf();
-    let of = |i: usize| f64::from(spectrum[i] * y_bar().value(wavelengths.lambda[i]) / pdf[i]);
-    (0..LANES).map(of).sum::<f64>() / (LANES as f64 * f64::from(CIE_Y_INTEGRAL))
-}
-
 /// `E[L / (p_end p_departure)]` is the power: densities, emission and measures fit together for every kind of light.
 #[test]
 fn what_leaves_a_light_is_its_power() {
     const SAMPLES: u64 = 20_000;
-    for (name, text) in LIGHTS {
+    // The power of a light in a stretched space is an estimate.
+    for (name, text) in LIGHTS.iter().filter(|(name, _)| !name.contains("stretched")) {
         let world = world(name, text);
         let sphere: BoundingSphere = world.bounding_sphere().into();
         for (number, light) in world.lights().iter().enumerate() {
@@ -46,7 +39,7 @@ fn what_leaves_a_light_is_its_power() {
             let emitted = EmittedSpectrum::default();
             let power = light.power(world.light_context(&emitted, Combination::Alone), sphere.radius);
             // Means of images over curved surfaces and through portals are sums over cells.
-            let is_approximate = ["globe", "lamp shade", "curved screen", "portal", "projection"].contains(&name);
+            let is_approximate = ["globe", "lamp shade", "curved screen", "portal", "projection"].contains(name);
             let cells = if is_approximate { 3e-3 * power } else { 1e-4 * power };
             let p = mean_z_test(mean, error, power, cells * cells);
             assert!(p >= sidak(SIGNIFICANCE, LIGHTS.len()), "{name}: {mean} ± {} instead of {power}", error.sqrt());

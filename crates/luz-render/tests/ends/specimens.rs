@@ -2,6 +2,8 @@
 
 use super::common::{load_description, overrides};
 use glam::Vec2;
+use luz_color::observer::y_bar;
+use luz_color::{CIE_Y_INTEGRAL, LANES, SampledSpectrum, Wavelengths};
 use luz_geometry::{Ray, ShapeId};
 use luz_image::Image;
 use luz_render::light::{AreaLight, Light, LightEnd, Place};
@@ -24,7 +26,7 @@ fn write(folder: &Path, name: &str, [width, height]: [usize; 2], texel: impl Fn(
 }
 
 /// Names and scene texts.
-pub const LIGHTS: [(&str, &str); 26] = [
+pub const LIGHTS: [(&str, &str); 29] = [
     (
         "triangle",
         r#"AreaLightSource "diffuse" "rgb L" [2 3 4] Shape "trianglemesh" "point3 P" [-1 1.5 2  2 1.5 2  -1 3 1.5] "integer indices" [0 1 2]"#,
@@ -55,7 +57,7 @@ pub const LIGHTS: [(&str, &str); 26] = [
     ),
     (
         "curved screen",
-        r#"AreaLightSource "diffuse" "string filename" "wall.pfm" Shape "bilinearmesh" "point3 P" [-1 1.5 2  2 1.9 2  -1 3 1.5  2 3.5 1] "point2 uv" [0.1 0.2  0.9 0.1  0.3 0.9  0.8 0.8]"#,
+        r#"AreaLightSource "diffuse" "string filename" "wall.pfm" Shape "bilinearmesh" "point3 P" [-1 1.5 2  2 1.9 2  -1 3 1.5  2 3.5 1]"#,
     ),
     (
         "triangles of a screen",
@@ -81,10 +83,19 @@ pub const LIGHTS: [(&str, &str); 26] = [
         "projection",
         r#"Translate 0 2 0 Rotate 50 1 2 3 LightSource "projection" "string filename" "slide.pfm" "float fov" 60"#,
     ),
+    (
+        "stretched goniometric",
+        r#"Translate 0 2 0 Rotate 50 1 2 3 Scale 1 2 0.5 LightSource "goniometric" "string filename" "lamp.pfm""#,
+    ),
+    (
+        "stretched projection",
+        r#"Translate 0 2 0 Rotate 50 1 2 3 Scale 1 2 0.5 LightSource "projection" "string filename" "slide.pfm" "float fov" 60"#,
+    ),
     ("distant", r#"LightSource "distant" "rgb L" [0.3 0.4 0.3] "point3 from" [1 2 0]"#),
     ("infinite", r#"LightSource "infinite" "rgb L" [0.2 0.1 0.1]"#),
     ("sky", r#"Rotate 80 -1 0 0 LightSource "infinite" "string filename" "sky.pfm""#),
     ("sky of texels", r#"Rotate 80 -1 0 0 LightSource "infinite" "string filename" "sky.pfm" "string filter" "point""#),
+    ("stretched sky", r#"Rotate 80 -1 0 0 Scale 1 2 0.5 LightSource "infinite" "string filename" "sky.pfm""#),
     ("octahedral sky", r#"Rotate 70 1 0 0 LightSource "infinite" "string filename" "lamp.pfm""#),
     (
         "portal",
@@ -94,8 +105,15 @@ pub const LIGHTS: [(&str, &str); 26] = [
 
 /// The world of a light and a few small things far apart.
 pub fn world(name: &str, light: &str) -> World {
+    let apart = r#"AttributeBegin Translate 0 -5 0 Shape "sphere" "float radius" 0.01 AttributeEnd
+        AttributeBegin Translate 3 -1 4 Shape "sphere" "float radius" 0.01 AttributeEnd"#;
+    world_with(name, light, apart)
+}
+
+/// The world of a light and other things.
+pub fn world_with(name: &str, light: &str, others: &str) -> World {
     let folder = folder();
-    write(&folder, "wall.pfm", [12, 8], |x, y| match (x * 7 + y * 3) % 13 {
+    write(&folder, "wall.pfm", [6, 8], |x, y| match (x * 7 + y * 3) % 13 {
         0 => 20.0,
         n if n < 4 => 0.0,
         n => 0.1 * n as f32,
@@ -103,12 +121,8 @@ pub fn world(name: &str, light: &str) -> World {
     write(&folder, "lamp.pfm", [16, 16], |x, y| if (x + 3 * y) % 11 < 2 { 0.0 } else { 1.0 + ((x + y) % 5) as f32 });
     write(&folder, "slide.pfm", [96, 64], |x, y| if (x / 16 + y / 16) % 3 == 0 { 0.0 } else { 1.0 + (x % 7) as f32 });
     write(&folder, "sky.pfm", [32, 16], |x, y| if y < 9 { 1.0 + ((x / 3 + y) % 4) as f32 } else { 0.1 });
-    let file = folder.join(format!("{}.pbrt", name.replace(' ', "-")));
-    let text = format!(
-        r#"WorldBegin AttributeBegin {light} AttributeEnd
-        AttributeBegin Translate 0 -5 0 Shape "sphere" "float radius" 0.01 AttributeEnd
-        AttributeBegin Translate 3 -1 4 Shape "sphere" "float radius" 0.01 AttributeEnd"#
-    );
+    let file = folder.join(format!("{}-{}.pbrt", name.replace(' ', "-"), others.len()));
+    let text = format!("WorldBegin AttributeBegin {light} AttributeEnd {others}");
     fs::write(&file, text).expect("a scene can be written");
     let (description, _) = luz_scene::read(&file).unwrap_or_else(|errors| panic!("{errors}"));
     load_description(&description, &overrides([8, 8], 1)).world
@@ -139,7 +153,7 @@ pub fn chi2_ends(
     sample: impl Fn(Vec2) -> Option<LightEnd>,
     pdf: impl Fn(&LightEnd) -> f64,
 ) -> Chi2Result {
-    const SAMPLES: u64 = 20_000;
+    const SAMPLES: u64 = 10_000;
     match &world.lights()[number as usize] {
         Light::Area(area) => chi2_rectangle(
             |u| match sample(u)?.place {
@@ -162,4 +176,11 @@ pub fn chi2_ends(
             3,
         ),
     }
+}
+
+/// Luminance, from a few wavelengths.
+pub fn luminance(spectrum: SampledSpectrum, wavelengths: &Wavelengths) -> f64 {
+    let pdf = wavelengths.pdf();
+    let of = |i: usize| f64::from(spectrum[i] * y_bar().value(wavelengths.lambda[i]) / pdf[i]);
+    (0..LANES).map(of).sum::<f64>() / (LANES as f64 * f64::from(CIE_Y_INTEGRAL))
 }

@@ -114,7 +114,7 @@ impl SphericalTriangle {
         // The great circles through b and p, and through a and c, meet in the end of the arc that p lies on.
         let (bp, normal) = (self.b.cross(p - self.b), self.a.cross(self.tangent));
         let mut c = normal.cross(bp).normalize_or(self.a);
-        if c.dot(self.a + self.b + p) < 0.0 {
+        if c.dot(p - self.b * self.b.dot(p)) < 0.0 {
             c = -c;
         }
         let chord = (c - self.b).length_squared();

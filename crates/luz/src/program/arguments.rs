@@ -57,13 +57,13 @@ pub enum Command {
     Render(Box<RenderArguments>),
     /// Split a render into shards: prints the commands
     #[command(after_help = PLAN_HELP)]
-    Plan(PlanArguments),
+    Plan(Box<PlanArguments>),
     /// Put the shards of a render together
     #[command(after_help = MERGE_HELP)]
     Merge(MergeArguments),
     /// Follow one sample of one pixel, vertex by vertex
     #[command(after_help = TRACE_HELP)]
-    Trace(TraceArguments),
+    Trace(Box<TraceArguments>),
     /// Say what is inside a scene, and what of it cannot be rendered
     #[command(after_help = INFO_HELP)]
     Info(InfoArguments),
@@ -72,7 +72,7 @@ pub enum Command {
     Compare(CompareArguments),
     /// Compare ways of rendering a scene: errors, times, efficiencies, in a report to look at
     #[command(after_help = super::study::help())]
-    Study(StudyArguments),
+    Study(Box<StudyArguments>),
     /// Smooth an image or a video but keep its edges: the bilateral filter
     #[command(after_help = FILTER_HELP)]
     Filter(FilterArguments),

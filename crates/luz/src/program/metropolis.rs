@@ -14,10 +14,12 @@ pub struct MetropolisArguments {
     /// Markov chains [default: 1024]
     #[arg(long, value_name = "N")]
     pub chains: Option<u64>,
-    /// Independent samples that brightness is estimated from and chains are started at [default: 100000]
+    /// Independent samples that brightness is estimated from and chains are started at [default: 100000, or a sixteenth of
+    /// the mutations]
     #[arg(long, value_name = "N", alias = "bootstrapsamples")]
     pub bootstrap_samples: Option<u64>,
-    /// Groups of chains, at least 16, whose spread gives every pixel its error [default: 16]
+    /// Groups of chains, at least 16, whose spread gives every pixel its error; more make the error better known, and
+    /// take 48 bytes per pixel each [default: 16]
     #[arg(long, value_name = "N")]
     pub batches: Option<u32>,
     /// Who finds direct light: inside (the chains), or separate (a path tracer, --spp samples per pixel) [default: inside]

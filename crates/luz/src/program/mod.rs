@@ -1,6 +1,7 @@
 //! The command line: what is asked, what is said, and how it ends.
 
 mod arguments;
+mod chains;
 mod compare;
 mod exit;
 mod filtering;

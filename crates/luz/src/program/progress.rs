@@ -84,10 +84,15 @@ impl Progress {
     }
 
     fn state(&self, renderer: &Renderer<'_>, done: f64) -> String {
+        if renderer.is_preparing() {
+            let drawn = renderer.chains().map_or(0, |chains| chains.candidates);
+            return format!("bootstrap: {} candidates for chains", si(drawn as f64));
+        }
+        let what = if renderer.has_chains() { "mutations per pixel" } else { "samples" };
         let elapsed = self.start.elapsed().as_secs_f64();
         let left = elapsed * (1.0 - done) / done.max(f64::MIN_POSITIVE);
         format!(
-            "{} samples · {} left · {} rays/s · {}",
+            "{} {what} · {} left · {} rays/s · {}",
             renderer.samples_done(),
             duration(left),
             si(renderer.cost().rays_per_second()),

@@ -1,6 +1,7 @@
 //! `luz render`
 
 use super::arguments::{Arguments, Command, OverrideArguments, RenderArguments};
+use super::chains;
 use super::exit::{Exit, print};
 use super::interrupt;
 use super::keeper::Keeper;
@@ -376,6 +377,10 @@ fn write(
         }
     }
     if !arguments.quiet {
+        if let Some(chains) = &report.chains {
+            chains::warnings(chains, &scene.settings).iter().for_each(|warning| problems::warning(warning));
+            print(&chains::table(chains, &scene.settings));
+        }
         print(&summary(&report, arguments.report.as_deref()));
     }
     if is_whole { Ok(()) } else { Err(Exit::Output) }
@@ -387,7 +392,8 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
     let mut image = renderer.film().to_image()?;
     let samples = renderer.samples_done();
     let at_most = if settings.adaptive.is_some() { "at most " } else { "" };
-    let comment = format!("{at_most}{samples} samples per pixel, seed {}", settings.seed);
+    let what = if settings.integrator.metropolis().is_some() { "mutations" } else { "samples" };
+    let comment = format!("{at_most}{samples} {what} per pixel, seed {}", settings.seed);
     let origin = [settings.bounds.x0, settings.bounds.y0];
     describe(&mut image, Chromaticities::of(settings.color_space), origin, settings.resolution, comment);
     Ok(image)
@@ -395,8 +401,9 @@ fn picture(scene: &Scene, renderer: &Renderer<'_>) -> Result<Image, ImageError> 
 
 /// What was rendered, what it cost, what it is worth, and where it is.
 fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
+    let what = if report.chains.is_some() { "mutations" } else { "samples" };
     let mut parts = vec![
-        format!("{} samples per pixel", report.samples),
+        format!("{} {what} per pixel", report.samples),
         format!("{} paths", progress::si(report.paths as f64)),
         format!("{} rays/s", progress::si(report.rays_per_second)),
         progress::duration(report.seconds.render),
@@ -412,7 +419,7 @@ fn summary(report: &Report<'_>, report_path: Option<&Path>) -> String {
         Stopped::Interrupted => {
             let wanted = report.settings.sample_limit;
             let of = if wanted < UNLIMITED { format!(" of {wanted}") } else { String::new() };
-            parts[0] = format!("interrupted after {}{of} samples per pixel", report.samples);
+            parts[0] = format!("interrupted after {}{of} {what} per pixel", report.samples);
         }
     }
     let dropped = &report.dropped_samples;

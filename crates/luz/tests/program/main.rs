@@ -7,6 +7,7 @@ mod determinism;
 mod filter;
 mod info;
 mod interrupt;
+mod metropolis;
 mod pieces;
 mod render;
 mod study;

@@ -91,6 +91,18 @@ pub(super) fn mutations_per_pixel(context: &mut Context<'_>, integrator: &Integr
     Some(count.max(1) as u32)
 }
 
+/// Where nobody says how many candidates chains are to begin from: so many that they cost a sixteenth of the mutations, and no fewer
+/// than pbrt-v4 has. What brightness is wrong by, all pixels are.
+pub(super) fn default_bootstrap(integrator: &mut Integrator, entity: &Entity, overrides: &Overrides, mutations: u64) {
+    const SHARE: u64 = 16;
+    const MOST: u64 = 1 << 22;
+    let is_said =
+        overrides.metropolis.bootstrap_samples.is_some() || entity.parameters.get("bootstrapsamples").is_some();
+    if !is_said && let Some(metropolis) = integrator.metropolis_mut() {
+        metropolis.bootstrap_samples = (mutations / SHARE).clamp(metropolis.bootstrap_samples, MOST);
+    }
+}
+
 /// How lights are chosen.
 pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) -> LightSampler {
     let parameters = &context.description.integrator.parameters;

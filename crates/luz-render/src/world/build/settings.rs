@@ -40,7 +40,7 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
         })
     });
     let bounds = pixel_bounds(context, film, resolution, overrides.crop);
-    let integrator = super::integrator::integrator(context, overrides);
+    let mut integrator = super::integrator::integrator(context, overrides);
     let filter = overrides.filter.clone().unwrap_or_else(|| filter(context, &description.pixel_filter));
     let contents = FilmContents {
         layers: FilmLayers { features: kind == FilmKind::GBuffer, techniques: overrides.technique_images },
@@ -63,6 +63,8 @@ pub(super) fn settings(context: &mut Context<'_>, overrides: &Overrides) -> Sett
     let (sampler_kind, samples) = sampling(context, sampler, overrides);
     let mutations = super::integrator::mutations_per_pixel(context, &integrator);
     let samples_per_pixel = overrides.samples_per_pixel.or(mutations).unwrap_or(samples);
+    let all_mutations = bounds.area() as u64 * u64::from(samples_per_pixel);
+    super::integrator::default_bootstrap(&mut integrator, &description.integrator, overrides, all_mutations);
     let option_seed = description.options.seed.map_or(0, |s| s.value);
     let seed = sampler.parameters.one_integer("seed", option_seed, context.diagnostics);
     let (sensor, white) = sensor(context, film);

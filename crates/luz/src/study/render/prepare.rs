@@ -160,6 +160,8 @@ impl Prepared {
         let mut images = Vec::with_capacity(self.variants.len());
         for ((entry, variant), &rounds) in self.variants.iter().zip(&study.variants).zip(rounds) {
             let settings = Settings { technique_images: true, ..entry.settings.clone() };
+            // What has no such techniques stays black.
+            let rounds = if settings.integrator.path().is_some() { rounds } else { 0 };
             let mut renderer = Renderer::new(self.world(entry), &entry.camera, &settings);
             let mut done = 0;
             while done < rounds && !renderer.is_finished() {

@@ -11,7 +11,10 @@ use std::time::Instant;
 /// A variant, being rendered with a seed.
 pub(super) struct Job<'a> {
     renderer: Renderer<'a>,
+    /// Of samples or mutations; none while Markov chains are being prepared.
     rounds: u32,
+    /// Seconds spent in preparing them.
+    preparation: f64,
     checkpoints: Vec<Checkpoint>,
     /// Seconds spent in measuring errors.
     measuring: f64,
@@ -19,7 +22,7 @@ pub(super) struct Job<'a> {
 
 impl<'a> Job<'a> {
     pub fn new(renderer: Renderer<'a>) -> Self {
-        Self { renderer, rounds: 0, checkpoints: Vec::new(), measuring: 0.0 }
+        Self { renderer, rounds: 0, preparation: 0.0, checkpoints: Vec::new(), measuring: 0.0 }
     }
 
     pub fn film(&self) -> &Film {
@@ -71,11 +74,17 @@ impl<'a> Job<'a> {
     }
 
     fn seconds_per_round(&self) -> f64 {
-        self.seconds() / f64::from(self.rounds.max(1))
+        (self.seconds() - self.preparation) / f64::from(self.rounds.max(1))
     }
 
     /// Renders a pass, to the next power of two at most, and measures the error there and at the end.
     fn pass(&mut self, budget: Budget, reference: &Reference) {
+        if self.renderer.is_preparing() {
+            // Of time, but of no picture yet.
+            self.renderer.pass(self.renderer.next_pass());
+            self.preparation = self.seconds();
+            return;
+        }
         let next = self.rounds.saturating_add(1).checked_next_power_of_two().unwrap_or(u32::MAX);
         let mut pass = self.renderer.next_pass().min(next - self.rounds).max(1);
         if let (Budget::Seconds { seconds, .. }, true) = (budget, self.has_begun()) {

@@ -17,13 +17,21 @@ pub struct Bidirectional {
     pub most: usize,
 }
 
+/// Numbers of vertices change by so many at most, at once.
+const LARGEST_CHANGE: usize = 8;
+
+/// `2⁻ⁿ`, for what is not negligible.
+fn half_to(n: usize) -> f64 {
+    1.0 / (1u64 << n.min(60)) as f64
+}
+
 /// The relative probability of deleting a part of `vertices` vertices: short ones for acceptance, that of a single vertex most of all
 /// (the thesis's p_{d,1}, over the number of edges).
 fn deletion_weight(vertices: usize) -> f64 {
     match vertices {
         0 => 0.25,
         1 => 0.5,
-        _ => 0.5f64.powi(vertices.min(1000) as i32 + 1),
+        _ => half_to(vertices + 1),
     }
 }
 
@@ -32,7 +40,8 @@ fn addition_weight(deleted: usize, added: usize) -> f64 {
     match deleted.abs_diff(added) {
         0 => 0.5,
         1 => 0.15,
-        difference => 0.2 * 0.5f64.powi(difference.min(1000) as i32),
+        difference if difference <= LARGEST_CHANGE => 0.2 * half_to(difference),
+        _ => 0.0,
     }
 }
 
@@ -53,13 +62,29 @@ fn draw(weights: impl Iterator<Item = f64> + Clone, u: f32) -> usize {
     last
 }
 
-/// `ln Σ exp`, of a few numbers.
-fn ln_sum(terms: &[f64]) -> f64 {
-    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    if largest == f64::NEG_INFINITY {
-        return largest;
+/// The logarithm of a sum of numbers of which the logarithms are given.
+#[derive(Clone, Copy)]
+struct LnSum {
+    largest: f64,
+    /// In units of the largest.
+    sum: f64,
+}
+
+impl LnSum {
+    const ZERO: Self = Self { largest: f64::NEG_INFINITY, sum: 0.0 };
+
+    fn add(&mut self, term: f64) {
+        if term > self.largest {
+            self.sum = self.sum * (self.largest - term).exp() + 1.0;
+            self.largest = term;
+        } else if term > f64::NEG_INFINITY {
+            self.sum += (term - self.largest).exp();
+        }
     }
-    largest + terms.iter().map(|term| (term - largest).exp()).sum::<f64>().ln()
+
+    fn ln(self) -> f64 {
+        if self.sum > 0.0 { self.largest + self.sum.ln() } else { f64::NEG_INFINITY }
+    }
 }
 
 impl Bidirectional {
@@ -87,8 +112,7 @@ impl Bidirectional {
         let rest = kept.light + kept.eye;
         let needed = usize::from(kept.light == 0) + usize::from(kept.eye == 0);
         let (fewest, most) = (self.fewest.saturating_sub(rest).max(needed), self.most.saturating_sub(rest));
-        // The probabilities of very different numbers vanish.
-        let most = most.min(deleted + 60);
+        let most = most.min(deleted + LARGEST_CHANGE);
         (0..=most).map(move |added| if added < fewest { 0.0 } else { addition_weight(deleted, added) })
     }
 
@@ -117,63 +141,10 @@ impl Bidirectional {
     ) -> Option<()> {
         let choices = Self::most_from_light(kept, added) + 1;
         let from_light = ((samples.next_1d() * choices as f32) as usize).min(choices - 1);
-        let from_eye = added - from_light;
-        let kept_eye = &x[x.len() - kept.eye..];
-
-        // From the eye, in the order of the walk; put into place afterwards.
-        y.clear();
-        let mut walk: Vec<Node<P::Vertex>> = kept_eye.iter().take(2).rev().cloned().collect();
-        let fixed = walk.len();
-        let ends_on_light = kept.light == 0 && from_light == 0;
-        for i in 0..from_eye {
-            if walk.is_empty() {
-                walk.push(Node::unknown(&space.begin(Side::Eye, samples)?));
-                continue;
-            }
-            let as_end = ends_on_light && i + 1 == from_eye;
-            extend(space, Side::Eye, &mut walk, as_end, samples)?;
-        }
-        if ends_on_light && let [.., at, last] = &mut walk[..] {
-            let end = space.choose_end(&at.vertex, last.vertex.clone(), samples.next_1d());
-            last.vertex = space.as_light(&end)?;
-        }
-
-        y.extend_from(&x[..kept.light]);
-        let mut light: Vec<Node<P::Vertex>> = x[kept.light.saturating_sub(2)..kept.light].to_vec();
-        let light_fixed = light.len();
-        for i in 0..from_light {
-            if !light.is_empty() {
-                extend(space, Side::Light, &mut light, false, samples)?;
-            } else if i + 1 == from_light && walk.len() > 1 {
-                light.push(Node::unknown(&space.direct(&walk.last()?.vertex, samples)?));
-            } else {
-                light.push(Node::unknown(&space.begin(Side::Light, samples)?));
-            }
-        }
-        // Where the two walks are connected, they scatter into solid angles.
-        if !ends_on_light {
-            for end in [light.last_mut(), walk.last_mut()] {
-                end.into_iter().for_each(|node| node.bounce = Bounce::Spread);
-            }
-        }
-        if light_fixed > 0 {
-            y.set_bounce(kept.light - 1, light[light_fixed - 1].bounce);
-        }
-        y.extend_from(&light[light_fixed..]);
-        let meeting = y.len();
-        y.extend_from_reversed(&walk[fixed..]);
-        let eye_start = y.len();
-        y.extend_from(kept_eye);
-        if fixed > 0 {
-            y.set_bounce(eye_start, walk[fixed - 1].bounce);
-        }
-
-        y.evaluate(space, kept.light.saturating_sub(1)..eye_start + 1);
-        let is_made = ends_on_light
-            || is_on_film(space, y)
-                && [meeting - 1, meeting].iter().all(|&i| space.is_connectable(&y.nodes()[i].vertex))
-                && is_connected(space, y, meeting - 1);
-        is_made.then_some(())
+        let mut walk = y.lend();
+        let made = walk_and_connect(space, x, kept, [from_light, added - from_light], y, &mut walk, samples);
+        y.give_back(walk);
+        made
     }
 
     /// A whole new path of `added` vertices, which looks at no other, in `y`. Draws from `samples`.
@@ -211,7 +182,7 @@ impl Bidirectional {
         // The eye's walk makes all from `i` on.
         let mut from_eye: f64 = (start..end).map(|i| f64::from(y.density_from_eye(i, last)).ln()).sum();
         let mut light_so_far = 0.0;
-        let mut terms = Vec::with_capacity(choices);
+        let mut density = LnSum::ZERO;
         for division in 0..choices {
             let meeting = start + division;
             let is_possible = match meeting {
@@ -232,15 +203,76 @@ impl Bidirectional {
                 } else {
                     (meeting..end).map(|i| f64::from(y.density_from_eye(i, last)).ln()).sum()
                 };
-                terms.push(light + rest);
+                density.add(light + rest);
             }
             if meeting < end {
                 light_so_far += from_light(meeting);
                 from_eye -= f64::from(y.density_from_eye(meeting, last)).ln();
             }
         }
-        ln_sum(&terms) - (choices as f64).ln()
+        density.ln() - (choices as f64).ln()
     }
+}
+
+/// Puts `from_light` vertices of a walk from the light and `from_eye` of one from the eye in place of what is not kept of `x`, in `y`.
+/// The walk from the eye is made in `walk`, which is empty.
+fn walk_and_connect<P: PathSpace>(
+    space: &P,
+    x: &[Node<P::Vertex>],
+    kept: Kept,
+    [from_light, from_eye]: [usize; 2],
+    y: &mut Path<P::Vertex>,
+    walk: &mut Vec<Node<P::Vertex>>,
+    samples: &mut impl Samples,
+) -> Option<()> {
+    let kept_eye = &x[x.len() - kept.eye..];
+    walk.extend(kept_eye.iter().take(2).rev().cloned());
+    let fixed = walk.len();
+    let ends_on_light = kept.light == 0 && from_light == 0;
+    for i in 0..from_eye {
+        if walk.is_empty() {
+            walk.push(Node::unknown(&space.begin(Side::Eye, samples)?));
+        } else {
+            extend(space, Side::Eye, walk, ends_on_light && i + 1 == from_eye, samples)?;
+        }
+    }
+    if ends_on_light && let [.., at, last] = &mut walk[..] {
+        let end = space.choose_end(&at.vertex, last.vertex.clone(), samples.next_1d());
+        last.vertex = space.as_light(&end)?;
+    }
+
+    y.clear();
+    y.extend_from(&x[..kept.light]);
+    let light = y.nodes_mut();
+    for i in 0..from_light {
+        if !light.is_empty() {
+            extend(space, Side::Light, light, false, samples)?;
+        } else if i + 1 == from_light && walk.len() > 1 {
+            light.push(Node::unknown(&space.direct(&walk.last()?.vertex, samples)?));
+        } else {
+            light.push(Node::unknown(&space.begin(Side::Light, samples)?));
+        }
+    }
+    // Where the two walks are connected, they scatter into solid angles.
+    if !ends_on_light {
+        for end in [light.last_mut(), walk.last_mut()] {
+            end.into_iter().for_each(|node| node.bounce = Bounce::Spread);
+        }
+    }
+    let meeting = y.len();
+    y.extend_from_reversed(&walk[fixed..]);
+    let eye_start = y.len();
+    y.extend_from(kept_eye);
+    if fixed > 0 {
+        y.set_bounce(eye_start, walk[fixed - 1].bounce);
+    }
+
+    y.evaluate(space, kept.light.saturating_sub(1)..eye_start + 1);
+    let is_made = ends_on_light
+        || is_on_film(space, y)
+            && [meeting - 1, meeting].iter().all(|&i| space.is_connectable(&y.nodes()[i].vertex))
+            && is_connected(space, y, meeting - 1);
+    is_made.then_some(())
 }
 
 /// False for a light without extent in front of the eye: it is on no pixel.

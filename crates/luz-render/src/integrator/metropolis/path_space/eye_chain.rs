@@ -51,7 +51,10 @@ pub(super) fn propose<P: PerturbationSpace>(
     y: &mut Path<P::Vertex>,
     samples: &mut impl Samples,
 ) -> Attempt {
-    match replace(space, moves, kept, x, y, samples) {
+    let mut walk = y.lend();
+    let made = replace(space, moves, kept, x, y, &mut walk, samples);
+    y.give_back(walk);
+    match made {
         Some(()) => Attempt::Proposed(Kept { light: kept, eye: 1 }),
         None => Attempt::Failed,
     }
@@ -63,18 +66,19 @@ fn replace<P: PerturbationSpace>(
     kept: usize,
     x: &Path<P::Vertex>,
     y: &mut Path<P::Vertex>,
+    walk: &mut Vec<Node<P::Vertex>>,
     samples: &mut impl Samples,
 ) -> Option<()> {
     let old = x.nodes();
     let eye = old.len() - 1;
     // From the eye on, in the order of the walk.
-    let mut walk: Vec<Node<P::Vertex>> = vec![old[eye].clone()];
+    walk.push(old[eye].clone());
     for i in (kept..eye).rev() {
         let as_end = i == 0;
         let at = &walk[walk.len() - 1].vertex;
         let next = match old[i + 1].bounce {
             _ if i + 1 == eye => space.shift(at, &old[i].vertex, moves.film, as_end, samples)?,
-            Bounce::Specular(kind) => follow(space, &walk, kind, as_end)?,
+            Bounce::Specular(kind) => follow(space, walk, kind, as_end)?,
             Bounce::Spread => space.turn(at, (&old[i + 1].vertex, &old[i].vertex), moves.turn, samples)?,
         };
         let next = if as_end { space.as_light(&space.choose_end(at, next, samples.next_1d()))? } else { next };
@@ -82,7 +86,7 @@ fn replace<P: PerturbationSpace>(
     }
     y.clear();
     y.extend_from(&old[..kept]);
-    y.extend_from_reversed(&walk);
+    y.extend_from_reversed(walk);
     y.evaluate(space, kept.saturating_sub(1)..y.len());
     let is_made = kept == 0 || space.is_connectable(&y.nodes()[kept].vertex) && is_connected(space, y, kept - 1);
     is_made.then_some(())

@@ -24,21 +24,24 @@ fn kept_vertices<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> Option<usiz
     (first > 0 && is_spread(first) && is_spread(first - 1)).then_some(first)
 }
 
-impl<P: PathSpace> Mutation<P> for LensSubpath {
-    /// The first numbers drawn are the point of the lens and the place on the film.
-    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
-        let Some(light) = kept_vertices(space, x) else { return Attempt::Inapplicable };
-        let kept = Kept { light, eye: 0 };
-        let Some(eye) = space.begin(Side::Eye, samples) else { return Attempt::Failed };
-        let mut walk = vec![Node::unknown(&eye)];
+impl LensSubpath {
+    fn replace<P: PathSpace>(
+        &self,
+        space: &P,
+        x: &Path<P::Vertex>,
+        light: usize,
+        y: &mut Path<P::Vertex>,
+        walk: &mut Vec<Node<P::Vertex>>,
+        samples: &mut impl Samples,
+    ) -> Option<()> {
+        walk.push(Node::unknown(&space.begin(Side::Eye, samples)?));
         loop {
             if light + walk.len() >= self.most {
-                return Attempt::Failed;
+                return None;
             }
             let previous = walk.len().checked_sub(2).map(|i| &walk[i].vertex);
             let last = walk.len() - 1;
-            let found = space.extend(Side::Eye, previous, &walk[last].vertex, false, samples);
-            let Some(Extension { vertex, bounce }) = found else { return Attempt::Failed };
+            let Extension { vertex, bounce } = space.extend(Side::Eye, previous, &walk[last].vertex, false, samples)?;
             walk[last].bounce = bounce;
             let ends = space.is_connectable(&vertex);
             walk.push(Node::unknown(&vertex));
@@ -49,9 +52,23 @@ impl<P: PathSpace> Mutation<P> for LensSubpath {
         y.clear();
         y.extend_from(&x.nodes()[..light]);
         y.set_bounce(light - 1, Bounce::Spread);
-        y.extend_from_reversed(&walk);
+        y.extend_from_reversed(walk);
         y.evaluate(space, light - 1..y.len());
-        if is_connected(space, y, light - 1) { Attempt::Proposed(kept) } else { Attempt::Failed }
+        is_connected(space, y, light - 1).then_some(())
+    }
+}
+
+impl<P: PathSpace> Mutation<P> for LensSubpath {
+    /// The first numbers drawn are the point of the lens and the place on the film.
+    fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
+        let Some(light) = kept_vertices(space, x) else { return Attempt::Inapplicable };
+        let mut walk = y.lend();
+        let made = self.replace(space, x, light, y, &mut walk, samples);
+        y.give_back(walk);
+        match made {
+            Some(()) => Attempt::Proposed(Kept { light, eye: 0 }),
+            None => Attempt::Failed,
+        }
     }
 
     fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {

@@ -36,9 +36,9 @@ use glam::Vec2;
 use luz_sample::markov::{Chain, Density, Log, Proposal};
 use luz_sample::mis::Heuristic;
 use luz_sample::random::{Random, hash};
-use luz_sample::{Sampler, SamplerConfig, SamplerKind, Samples};
+use luz_sample::{ONE_MINUS_EPSILON, Sampler, SamplerConfig, SamplerKind, Samples};
 use serde::{Deserialize, Serialize};
-use state::{Measure, SavedState};
+use state::{Conditions, Measure, SavedState};
 use std::f64::consts::PI;
 use std::time::Instant;
 
@@ -53,6 +53,9 @@ const RENEWALS: f64 = 0.1;
 
 /// The step of wavelengths on the circle, at most.
 const COLOUR_STEP: f32 = 0.25;
+
+/// The share of perturbations that give a path which prisms bend another colour.
+const RECOLOURED: f64 = 0.5;
 
 /// Path-space Metropolis.
 pub struct PathSpaceMetropolis<'a> {
@@ -77,6 +80,13 @@ pub struct PathChain<'a> {
     chain: Chain<State<'a>, Log>,
     /// How many lens subpath mutations have been proposed.
     lens_subpaths: u64,
+}
+
+/// Memory that steps are made in.
+#[derive(Default)]
+pub struct Workspace<'a> {
+    proposed: State<'a>,
+    recoloured: Path<SceneVertex<'a>>,
 }
 
 /// A chain as it is kept in files.
@@ -118,7 +128,7 @@ struct Proposed {
 impl<'a> PathSpaceMetropolis<'a> {
     /// Over the paths of a world.
     pub fn new(world: &'a World, camera: &'a Camera, settings: &'a Settings, options: PathSpaceIntegrator) -> Self {
-        let window = settings.film_window();
+        let window = camera.window_of_paths(settings.film_window());
         let ranges = options.ranges;
         // The radius of a disk that has this share of the film.
         let radius = |share: f64| (share * f64::from(window.area()) / PI).sqrt();
@@ -163,12 +173,13 @@ impl<'a> PathSpaceMetropolis<'a> {
         importance: &Importance,
         cost: &mut RenderCost,
         mut visit: impl FnMut(Found<'_, 'a>, Vec2, f64),
-    ) -> (f32, f32) {
+    ) -> Conditions {
         let Measure { world, camera, window, .. } = self.measure;
         let mut random = Random::new(hash(self.seed, CANDIDATE_STREAM, stage, 0), number, 0);
-        let (colour_u, time_u) = (random.next_1d(), random.next_1d());
+        let conditions = Conditions::new(random.next_1d(), random.next_1d());
+        let time_u = conditions.time_u;
         let start = CameraStart { film: window.at(random.next_2d()), lens_u: random.next_2d(), time_u };
-        let space = self.measure.space(colour_u, time_u);
+        let space = self.measure.space(&conditions);
         let tracer = BidirectionalTracer { settings: self.tracer, world, camera, window };
         tracer.visit(&space, &start, &mut random, |found| {
             let vertices = found.vertices();
@@ -183,7 +194,7 @@ impl<'a> PathSpaceMetropolis<'a> {
         });
         cost.paths += 1;
         count_rays(&space, cost);
-        (colour_u, time_u)
+        conditions
     }
 
     /// A mutation applied within a space that the path is of, and its way back.
@@ -219,18 +230,19 @@ impl<'a> PathSpaceMetropolis<'a> {
         importance: &Importance,
         x: &State<'a>,
         y: &mut State<'a>,
+        recoloured: &mut Path<SceneVertex<'a>>,
         random: &mut Random,
         cost: &mut RenderCost,
     ) -> Option<Proposed> {
         let is_renewal = kind == BIDIRECTIONAL && random.next_f64() < RENEWALS;
-        (y.colour_u, y.time_u) = (x.colour_u, x.time_u);
-        if is_renewal {
-            (y.colour_u, y.time_u) = (random.next_1d(), random.next_1d());
+        y.conditions = if is_renewal {
+            Conditions::new(random.next_1d(), random.next_1d())
         } else if kind == WAVELENGTH {
-            let moved = x.colour_u + COLOUR_STEP * (2.0 * random.next_1d() - 1.0);
-            y.colour_u = (moved - moved.floor()).min(luz_sample::ONE_MINUS_EPSILON);
-        }
-        let space = self.measure.space(y.colour_u, y.time_u);
+            another_colour(&x.conditions, random)
+        } else {
+            x.conditions
+        };
+        let space = self.measure.space(&y.conditions);
         let proposed = match kind {
             BIDIRECTIONAL if is_renewal => self.renew(&space, importance, x, y, random),
             BIDIRECTIONAL => self.mutate(&self.bidirectional, &space, importance, x, y, random),
@@ -238,18 +250,56 @@ impl<'a> PathSpaceMetropolis<'a> {
                 let samples = &mut WithFilm { random, film, pairs: 0 };
                 self.mutate(&self.lens_subpath, &space, importance, x, y, samples)
             }
-            LENS => self.mutate(&self.lens, &space, importance, x, y, random),
-            CAUSTIC => self.mutate(&self.caustic, &space, importance, x, y, random),
-            MULTI_CHAIN => self.mutate(&self.multi_chain, &space, importance, x, y, random),
+            LENS => self.perturb(&self.lens, &space, importance, x, y, recoloured, random, cost),
+            CAUSTIC => self.perturb(&self.caustic, &space, importance, x, y, recoloured, random, cost),
+            MULTI_CHAIN => self.perturb(&self.multi_chain, &space, importance, x, y, recoloured, random, cost),
+            _ if wavelength::is_bent(&x.path) => None,
             _ => match wavelength::recolour(&space, &x.path, &mut y.path) {
-                Attempt::Inapplicable => None,
-                Attempt::Failed => Some(Proposed::IMPOSSIBLE),
-                Attempt::Proposed(_) => {
-                    Some(Proposed { density: self.measure.look(&space, importance, y), ratio: 1.0 })
-                }
+                Some(()) => Some(Proposed { density: self.measure.look(&space, importance, y), ratio: 1.0 }),
+                None => Some(Proposed::IMPOSSIBLE),
             },
         };
         count_rays(&space, cost);
+        proposed
+    }
+
+    /// A perturbation, in another colour now and then where the path is bent by prisms.
+    fn perturb<M: Mutation<SceneSpace<'a>>>(
+        &self,
+        mutation: &M,
+        space: &SceneSpace<'a>,
+        importance: &Importance,
+        x: &State<'a>,
+        y: &mut State<'a>,
+        recoloured: &mut Path<SceneVertex<'a>>,
+        random: &mut Random,
+        cost: &mut RenderCost,
+    ) -> Option<Proposed> {
+        // The probability of staying with the colour.
+        let constancy = |path| if wavelength::is_bent(path) { 1.0 - RECOLOURED } else { 1.0 };
+        if random.next_f64() < constancy(&x.path) {
+            let mut proposed = self.mutate(mutation, space, importance, x, y, random)?;
+            if proposed.density.is_possible() {
+                proposed.ratio *= constancy(&y.path) / constancy(&x.path);
+            }
+            return Some(proposed);
+        }
+        y.conditions = another_colour(&x.conditions, random);
+        let there = self.measure.space(&y.conditions);
+        let attempt = wavelength::perturb_recoloured(mutation, &there, &x.path, recoloured, &mut y.path, random);
+        let proposed = match attempt {
+            Attempt::Inapplicable => None,
+            Attempt::Failed => Some(Proposed::IMPOSSIBLE),
+            // What is not bent is never given another colour in this way: there would be no way back.
+            Attempt::Proposed(_) if !wavelength::is_bent(&y.path) => Some(Proposed::IMPOSSIBLE),
+            Attempt::Proposed(kept) => {
+                let density = self.measure.look(&there, importance, y);
+                let ahead = mutation.ln_density(&there, recoloured, &y.path, kept);
+                let back = mutation.ln_density(space, &y.path, &x.path, kept);
+                Some(Proposed::of(density, ahead, back))
+            }
+        };
+        count_rays(&there, cost);
         proposed
     }
 
@@ -270,7 +320,7 @@ impl<'a> PathSpaceMetropolis<'a> {
             return Some(Proposed::IMPOSSIBLE);
         }
         let there = self.bidirectional.ln_density_of_renewal(space, x.path.len(), &y.path);
-        let old = self.measure.space(x.colour_u, x.time_u);
+        let old = self.measure.space(&x.conditions);
         let back = self.bidirectional.ln_density_of_renewal(&old, y.path.len(), &x.path);
         Some(Proposed::of(density, there, back))
     }
@@ -301,6 +351,12 @@ impl Proposed {
     }
 }
 
+/// The same moment in the light of another colour nearby.
+fn another_colour(conditions: &Conditions, random: &mut Random) -> Conditions {
+    let moved = conditions.colour_u + COLOUR_STEP * (2.0 * random.next_1d() - 1.0);
+    conditions.recoloured((moved - moved.floor()).min(ONE_MINUS_EPSILON))
+}
+
 fn count_rays(space: &SceneSpace<'_>, cost: &mut RenderCost) {
     let (rays, shadow_rays) = space.rays();
     cost.rays += u64::from(rays);
@@ -309,10 +365,10 @@ fn count_rays(space: &SceneSpace<'_>, cost: &mut RenderCost) {
 
 impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
     type Chain = PathChain<'a>;
-    type Scratch = State<'a>;
+    type Scratch = Workspace<'a>;
 
-    fn scratch(&self) -> State<'a> {
-        State::default()
+    fn scratch(&self) -> Workspace<'a> {
+        Workspace::default()
     }
 
     fn mutations(&self) -> &'static [&'static str] {
@@ -328,7 +384,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         number: u64,
         stage: u64,
         importance: &Importance,
-        _: &mut State<'a>,
+        _: &mut Workspace<'a>,
         splat: &mut impl FnMut(Vec2, f64),
         cost: &mut RenderCost,
     ) -> f64 {
@@ -345,22 +401,22 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
-        _: &mut State<'a>,
+        _: &mut Workspace<'a>,
         cost: &mut RenderCost,
     ) -> Option<PathChain<'a>> {
         let mut random = Random::new(hash(self.seed, CHOICE_STREAM, 0, 0), chain, candidate);
         let mut path: Path<SceneVertex<'a>> = Path::default();
         let mut sum = 0.0;
-        let (colour_u, time_u) = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
+        let conditions = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
             // Each path so far has been kept with a probability in proportion to its weight.
             sum += weight;
             if random.next_f64() * sum < weight {
                 path.join(found.light, found.eye, found.x0);
             }
         });
-        let space = self.measure.space(colour_u, time_u);
+        let space = self.measure.space(&conditions);
         path.evaluate(&space, 0..path.len());
-        let mut state = State { path, colour_u, time_u, ..State::default() };
+        let mut state = State { path, conditions, ..State::default() };
         let density = self.measure.look(&space, context.importance, &mut state);
         let seed = hash(self.seed, CHAIN_STREAM, 0, 0);
         density.is_possible().then(|| PathChain { chain: Chain::new(seed, chain, state, density), lens_subpaths: 0 })
@@ -371,7 +427,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         PathChain { chain, lens_subpaths }: &mut PathChain<'a>,
         steps: u64,
         context: ChainContext<'_>,
-        spare: &mut State<'a>,
+        Workspace { proposed, recoloured }: &mut Workspace<'a>,
         splat: &mut impl FnMut(Vec2, [f32; 3], f64),
         statistics: &mut MutationStatistics,
         cost: &mut RenderCost,
@@ -381,7 +437,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
             let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
             let before = *cost;
             let mut kind = 0;
-            let step = chain.step(spare, |x, y, random| {
+            let step = chain.step(proposed, |x, y, random| {
                 let mut left = random.next_f64();
                 // Rounding leads to the last one that has any probability.
                 kind = self.probabilities.iter().rposition(|&p| p > 0.0).unwrap_or(0);
@@ -397,12 +453,14 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
                     film = self.film_point(number, *lens_subpaths);
                     *lens_subpaths += 1;
                 }
-                self.propose(kind, film, context.importance, x, y, random, cost)
+                self.propose(kind, film, context.importance, x, y, recoloured, random, cost)
                     .map(|Proposed { density, ratio }| Proposal { density, ratio })
             });
             for (state, weight) in [(step.current, step.current_weight), (step.proposed, step.proposed_weight)] {
                 if weight > 0.0 {
                     splat(state.film, state.rgb, weight);
+                    let repeated = self.measure.camera.repeated_films(state.film, f32::INFINITY);
+                    repeated.into_iter().for_each(|film| splat(film, state.rgb, weight));
                 }
             }
             let rays = cost.rays + cost.shadow_rays - before.rays - before.shadow_rays;

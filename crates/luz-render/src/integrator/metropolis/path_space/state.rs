@@ -16,14 +16,40 @@ use serde::{Deserialize, Serialize};
 pub struct State<'w> {
     /// From a light to the eye.
     pub path: Path<SceneVertex<'w>>,
-    /// The number that the wavelengths are made from.
-    pub colour_u: f32,
-    /// The number that the moment is made from.
-    pub time_u: f32,
+    /// What all its vertices share.
+    pub conditions: Conditions,
     /// Where it is seen, in pixels.
     pub film: Vec2,
     /// Its contribution over the target density, in the film's RGB.
     pub rgb: [f32; 3],
+}
+
+/// Under which conditions a path is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// The number that the wavelengths are made from.
+    pub colour_u: f32,
+    /// The number that the moment is made from.
+    pub time_u: f32,
+    wavelengths: Wavelengths,
+}
+
+impl Conditions {
+    /// From two numbers in `[0, 1)`.
+    pub fn new(colour_u: f32, time_u: f32) -> Self {
+        Self { colour_u, time_u, wavelengths: Wavelengths::sample_visible(colour_u) }
+    }
+
+    /// The same moment in another light.
+    pub fn recoloured(&self, colour_u: f32) -> Self {
+        Self::new(colour_u, self.time_u)
+    }
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Self::new(0.0, 0.0)
+    }
 }
 
 /// Where paths are, and how they are measured.
@@ -40,10 +66,9 @@ pub struct Measure<'a> {
 }
 
 impl<'a> Measure<'a> {
-    /// The paths at the wavelengths and the moment that two numbers name.
-    pub fn space(&self, colour_u: f32, time_u: f32) -> SceneSpace<'a> {
-        let wavelengths = Wavelengths::sample_visible(colour_u);
-        SceneSpace::new(self.world, self.camera, self.window, wavelengths, time_u)
+    /// The paths under some conditions.
+    pub fn space(&self, conditions: &Conditions) -> SceneSpace<'a> {
+        SceneSpace::new(self.world, self.camera, self.window, conditions.wavelengths, conditions.time_u)
     }
 
     /// The colour of light of a path, given whether it scatters each wavelength elsewhere.
@@ -125,19 +150,20 @@ impl<'a> State<'a> {
             Bounce::Specular(kind) => Some(kind),
         };
         let vertices = self.path.nodes().iter().map(|node| (save(&node.vertex), kind(node.bounce))).collect();
-        let Self { colour_u, time_u, film, rgb, .. } = *self;
+        let Self { conditions: Conditions { colour_u, time_u, .. }, film, rgb, .. } = *self;
         SavedState { colour_u, time_u, film: film.to_array(), rgb, vertices }
     }
 
     /// The state that was saved; `None` if it is none of this scene.
     pub fn restore(saved: &SavedState, measure: &Measure<'a>) -> Option<Self> {
         let SavedState { colour_u, time_u, film, rgb, ref vertices } = *saved;
-        let space = measure.space(colour_u, time_u);
+        let conditions = Conditions::new(colour_u, time_u);
+        let space = measure.space(&conditions);
         let lights = measure.world.lights().len();
         let end = |light: u32, place, is_delta| {
             ((light as usize) < lights).then_some(SceneVertex::Light(LightEnd { light, place, is_delta }))
         };
-        let mut state = Self { colour_u, time_u, film: film.into(), rgb, path: Path::default() };
+        let mut state = Self { conditions, film: film.into(), rgb, path: Path::default() };
         for (vertex, kind) in vertices {
             let vertex = match *vertex {
                 SavedVertex::Camera { lens_u } => space.lens(lens_u.into()),
