@@ -131,6 +131,8 @@ fn look_mlt() {
     let only = std::env::var("ONLY").ok();
     let which = std::env::var("WHICH").unwrap_or("mlt".into());
     let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
+    // `pssmlt:bdpt`, say.
+    let (kind, estimator) = which.split_once(':').map_or((&*which, None), |(kind, name)| (kind, Some(name)));
     let mutations: Option<Vec<f64>> =
         std::env::var("MUT").ok().map(|s| s.split(',').map(|x| x.parse().unwrap()).collect());
     for TransportScene { name, text, .. } in transport_scenes::all() {
@@ -142,7 +144,8 @@ fn look_mlt() {
             filter: Some(luz_render::film::Filter::unit_box()),
             ..Overrides::default()
         };
-        let mut over = Overrides { integrator: Some(which.parse().unwrap()), ..base.clone() };
+        let mut over = Overrides { integrator: Some(kind.parse().unwrap()), ..base.clone() };
+        over.metropolis.estimator = estimator.map(|name| name.parse().unwrap());
         over.metropolis.chains = Some(64);
         over.metropolis.bootstrap_samples = Some(20000);
         if let Some(m) = &mutations {

@@ -5,7 +5,7 @@ mod common;
 use common::{load, overrides, render};
 use luz_render::film::{Film, Filter, FilterKind, Normalization, SplatSums};
 use luz_render::integrator::IntegratorKind;
-use luz_render::integrator::metropolis::DirectLight;
+use luz_render::integrator::metropolis::{DirectLight, PrimaryEstimator};
 use luz_render::{MetropolisOverrides, Overrides, Renderer};
 use luz_sample::SamplerKind;
 use luz_sample::statistics::Running;
@@ -44,8 +44,18 @@ fn path(scene: &str, filter: &Filter) -> Film {
 const BATCHES: u32 = 128;
 
 fn primary(scene: &str, filter: &Filter, mutations: u32, metropolis: MetropolisOverrides) -> Film {
+    chains_of(IntegratorKind::PrimarySpace, scene, filter, mutations, metropolis)
+}
+
+fn chains_of(
+    kind: IntegratorKind,
+    scene: &str,
+    filter: &Filter,
+    mutations: u32,
+    metropolis: MetropolisOverrides,
+) -> Film {
     let wishes = Overrides {
-        integrator: Some(IntegratorKind::PrimarySpace),
+        integrator: Some(kind),
         filter: Some(filter.clone()),
         metropolis: MetropolisOverrides {
             chains: metropolis.chains.or(Some(256)),
@@ -88,6 +98,28 @@ fn primary_space_chains_agree_with_path_tracing() {
             assert!(z.abs() < 5.0, "{name}, {direct_light}: {z}");
             let broken = z_of_squares(&reference, &film, 1.15);
             assert!(broken > 5.0, "{name}, {direct_light}: {broken}: the test must be able to fail");
+        }
+    }
+}
+
+/// As above, for chains over bidirectional path tracing, and for multiplexed ones.
+#[test]
+fn chains_from_both_sides_agree_with_path_tracing() {
+    let box_filter = Filter::unit_box();
+    let over_bdpt = MetropolisOverrides { estimator: Some(PrimaryEstimator::Bidirectional), ..Default::default() };
+    for (name, scene) in scenes() {
+        let reference = path(&scene, &box_filter);
+        for (kind, chains) in
+            [(IntegratorKind::PrimarySpace, over_bdpt), (IntegratorKind::Multiplexed, Default::default())]
+        {
+            for direct_light in [DirectLight::Inside, DirectLight::Separate] {
+                let chains = MetropolisOverrides { direct_light: Some(direct_light), ..chains };
+                let film = chains_of(kind, &scene, &box_filter, 6000, chains);
+                let z = z_of_squares(&reference, &film, 1.0);
+                assert!(z.abs() < 5.0, "{name}, {kind}, {direct_light}: {z}");
+                let broken = z_of_squares(&reference, &film, 1.2);
+                assert!(broken > 5.0, "{name}, {kind}, {direct_light}: {broken}: the test must be able to fail");
+            }
         }
     }
 }

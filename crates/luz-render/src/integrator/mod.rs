@@ -1,6 +1,6 @@
 //! Integrators: from a camera ray to the radiance that arrives along it.
 
-pub(crate) mod bidirectional;
+mod bidirectional;
 pub mod efficiency;
 mod estimator;
 mod kind;
@@ -8,6 +8,7 @@ pub mod metropolis;
 mod observer;
 mod path;
 mod technique;
+pub(crate) mod walks;
 
 pub use bidirectional::BidirectionalTracer;
 pub use estimator::{CameraStart, PixelEstimator, Splat, Splats};

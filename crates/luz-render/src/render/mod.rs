@@ -28,7 +28,7 @@ pub use shard::Shard;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::metropolis::path_space::PathSpaceMetropolis;
-use crate::integrator::metropolis::{DirectLight, PrimarySpace};
+use crate::integrator::metropolis::{DirectLight, Multiplexed, PrimarySpace};
 use crate::integrator::{BidirectionalTracer, Integrator, PathIntegrator, PathObserver, Technique};
 use crate::settings::Settings;
 use crate::world::World;
@@ -67,6 +67,9 @@ impl<'a> Renderer<'a> {
         let chains: Option<Box<dyn Chains + 'a>> = match &settings.integrator {
             Integrator::PrimarySpace(options) => {
                 Some(Box::new(ChainRounds::new(PrimarySpace::new(world, camera, settings, *options), settings)))
+            }
+            Integrator::Multiplexed(options) => {
+                Some(Box::new(ChainRounds::new(Multiplexed::new(world, camera, settings, *options), settings)))
             }
             Integrator::PathSpace(options) => {
                 Some(Box::new(ChainRounds::new(PathSpaceMetropolis::new(world, camera, settings, *options), settings)))

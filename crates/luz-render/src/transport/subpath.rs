@@ -49,11 +49,16 @@ impl<V: Clone> Subpath<V> {
         self.throughputs.get(i).copied().unwrap_or(SampledSpectrum::ZERO)
     }
 
-    /// Begins anew, at a vertex drawn with a density.
-    pub fn restart(&mut self, vertex: V, density: f32) {
+    /// Forgets all vertices.
+    pub fn clear(&mut self) {
         self.nodes.clear();
         self.densities.clear();
         self.throughputs.clear();
+    }
+
+    /// Begins anew, at a vertex drawn with a density.
+    pub fn restart(&mut self, vertex: V, density: f32) {
+        self.clear();
         self.nodes.push(Node { vertex, bounce: Bounce::Spread, geometry: 0.0, scattering: Scattering::NONE });
         self.densities.push(density);
         self.throughputs.push(SampledSpectrum::splat(1.0 / density));
@@ -61,9 +66,7 @@ impl<V: Clone> Subpath<V> {
 
     /// Begins anew, with a vertex of the space's choice. False, and no vertices, if there is none.
     pub fn begin<P: PathSpace<Vertex = V>>(&mut self, space: &P, samples: &mut impl Samples) -> bool {
-        self.nodes.clear();
-        self.densities.clear();
-        self.throughputs.clear();
+        self.clear();
         let Some(vertex) = space.begin(self.side, samples) else { return false };
         let density = space.begin_density(self.side, &vertex);
         if density > 0.0 && density.is_finite() {

@@ -30,7 +30,7 @@ pub const SCENE: &str = r#"
     "#;
 
 /// Ways to render that remember something from sample to sample.
-pub fn ways() -> [(&'static str, Overrides); 6] {
+pub fn ways() -> [(&'static str, Overrides); 7] {
     let plain = Overrides { filter: None, ..overrides([33, 17], 12) };
     let longer = Overrides { samples_per_pixel: Some(48), ..plain.clone() };
     let primary =
@@ -44,7 +44,11 @@ pub fn ways() -> [(&'static str, Overrides); 6] {
         ("roulette by efficiency", Overrides { roulette: Some(Roulette::Efficiency), ..longer.clone() }),
         ("adaptive", Overrides { adaptive: Some(0.2), ..longer }),
         ("primary-space chains", Overrides { metropolis: chains, ..primary.clone() }),
-        ("two-stage chains, direct light apart", Overrides { metropolis: apart, ..primary }),
+        ("two-stage chains, direct light apart", Overrides { metropolis: apart, ..primary.clone() }),
+        (
+            "multiplexed chains",
+            Overrides { integrator: Some(IntegratorKind::Multiplexed), metropolis: chains, ..primary },
+        ),
     ]
 }
 

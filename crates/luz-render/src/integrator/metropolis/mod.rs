@@ -4,14 +4,18 @@
 //! picture together; a kind is a [`ChainProcess`].
 
 mod importance;
+mod multiplexed;
 pub mod path_space;
+mod primary_chain;
 mod primary_space;
 mod settings;
 mod statistics;
 
 pub use importance::Importance;
 pub(crate) use importance::cell_at;
-pub use primary_space::{PrimarySpace, PrimaryState};
+pub use multiplexed::{Multiplexed, MultiplexedChain, MultiplexedScratch};
+pub use primary_chain::PrimaryState;
+pub use primary_space::{PrimaryScratch, PrimarySpace};
 pub use settings::{
     DirectLight, Metropolis, MultiplexedIntegrator, MutationProbabilities, PathSpaceIntegrator, PerturbationRanges,
     PrimaryEstimator, PrimarySpaceIntegrator,
@@ -19,6 +23,7 @@ pub use settings::{
 pub use statistics::{MutationRecord, MutationStatistics};
 
 use crate::render::RenderCost;
+use crate::transport::SceneSpace;
 use glam::Vec2;
 
 /// The magnitude of a contribution, which target densities are in proportion to: the mean magnitude of its components in the film's
@@ -29,6 +34,12 @@ use glam::Vec2;
 #[inline]
 pub fn scalar_contribution(rgb: [f32; 3]) -> f64 {
     rgb.iter().map(|v| f64::from(v.abs())).sum::<f64>() / 3.0
+}
+
+fn count_rays(space: &SceneSpace<'_>, cost: &mut RenderCost) {
+    let (rays, shadow_rays) = space.rays();
+    cost.rays += u64::from(rays);
+    cost.shadow_rays += u64::from(shadow_rays);
 }
 
 /// What all chains of a process share once they begin.
@@ -66,6 +77,11 @@ pub trait ChainProcess: Sync {
     /// How many candidates the chains are started from.
     fn candidates(&self) -> u64;
 
+    /// Kinds of candidates, between which chains never move: equally many of each kind, one kind after the other.
+    fn strata(&self) -> u64 {
+        1
+    }
+
     /// The weight `f(x) / p(x)` of an independent candidate: its mean over candidates is `b`. If a candidate is several paths, or
     /// one of several lengths, it is the sum of their weights, and [`begin`](Self::begin) chooses. `splat` is given each path's
     /// film position and weight, for a first image of the importance. `stage` is 0, or 1 where candidates are drawn for that
@@ -82,11 +98,13 @@ pub trait ChainProcess: Sync {
 
     /// Chain `chain` in its first state, which is one of candidate `candidate` of stage 0, made again from its number and chosen
     /// in proportion to its share of the weight. `None` if it has none after all; the chain is then left out, and that is reported.
+    /// `stratum_normalization` is the part of `b` that candidates of its kind have: all, where there is one kind.
     fn begin(
         &self,
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
+        stratum_normalization: f64,
         scratch: &mut Self::Scratch,
         cost: &mut RenderCost,
     ) -> Option<Self::Chain>;

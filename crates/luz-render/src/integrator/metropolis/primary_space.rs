@@ -3,26 +3,35 @@
 //! Kelemen, Szirmay-Kalos, Antal and Csonka 2002, "A Simple and Robust Mutation Strategy for the Metropolis Light Transport Algorithm":
 //! the state of a chain is the point of the unit cube that drives an estimator. Film position, lens, time and wavelengths are coordinates
 //! like all others.
+//!
+//! Over bidirectional path tracing, a point makes many paths, which arrive at several places of the film; the target density is the sum
+//! of the magnitudes of all that arrives.
 
-use super::{ChainContext, ChainProcess, Importance, MutationStatistics, PrimarySpaceIntegrator, scalar_contribution};
+use super::primary_chain::{Arrival, MUTATIONS, PrimaryState, Steps};
+use super::{
+    ChainContext, ChainProcess, Importance, MutationStatistics, PrimaryEstimator, PrimarySpaceIntegrator, count_rays,
+};
 use crate::camera::Camera;
 use crate::film::FilmWindow;
-use crate::integrator::{PathCost, PathEvent, PathIntegrator, PathObserver, PathTracer, Technique, Unwatched};
+use crate::integrator::walks::{Walks, camera_start};
+use crate::integrator::{
+    BidirectionalIntegrator, BidirectionalTechniques, BidirectionalTracer, PathCost, PathEvent, PathIntegrator,
+    PathObserver, PathTracer, Technique, Unwatched,
+};
 use crate::light::Combination;
 use crate::render::RenderCost;
 use crate::settings::Settings;
+use crate::transport::SceneSpace;
 use crate::world::World;
 use glam::Vec2;
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_sample::Samples;
-use luz_sample::markov::{Chain, PrimarySample, PrimarySamples, Proposal, large_step_weights};
+use luz_sample::markov::{Chain, PrimarySamples};
 use luz_sample::mis::Heuristic;
 use luz_sample::random::{Random, hash};
 use luz_sample::roulette::Roulette;
-use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
-/// Primary-space Metropolis over a path tracer.
+/// Primary-space Metropolis over a path tracer, or a bidirectional one.
 pub struct PrimarySpace<'a> {
     world: &'a World,
     camera: &'a Camera,
@@ -36,24 +45,11 @@ pub struct PrimarySpace<'a> {
 const CANDIDATE_STREAM: u64 = 0x7073_7331;
 const CHAIN_STREAM: u64 = 0x7073_7332;
 
-/// The kinds of mutations, and their places.
-const MUTATIONS: [&str; 2] = ["large step", "small step"];
-const LARGE: usize = 0;
-const SMALL: usize = 1;
-
-/// What the estimator made of a point of primary sample space.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PrimaryState {
-    sample: PrimarySample,
-    found: Found,
-}
-
-/// A contribution to the film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Found {
-    film: [f32; 2],
-    /// Over the density of the film position, in the film's RGB.
-    rgb: [f32; 3],
+/// Memory for one step after another.
+#[derive(Default)]
+pub struct PrimaryScratch<'w> {
+    spare: PrimaryState,
+    walks: Walks<'w>,
 }
 
 impl<'a> PrimarySpace<'a> {
@@ -69,8 +65,23 @@ impl<'a> PrimarySpace<'a> {
         Self { world, camera, settings, options, path, window: settings.film_window() }
     }
 
-    /// The contribution of a point of primary sample space. Its dimensions are the path tracer's.
-    fn evaluate(&self, samples: &mut impl Samples, cost: &mut RenderCost) -> Found {
+    /// What the estimator makes of a point of primary sample space.
+    fn evaluate(
+        &self,
+        walks: &mut Walks<'a>,
+        samples: &mut PrimarySamples<'_>,
+        found: &mut Vec<Arrival>,
+        cost: &mut RenderCost,
+    ) {
+        cost.paths += 1;
+        match self.options.estimator {
+            PrimaryEstimator::Path => found.push(self.trace(samples, cost)),
+            PrimaryEstimator::Bidirectional => self.trace_both_ways(walks, samples, found, cost),
+        }
+    }
+
+    /// What a path tracer makes of it. The dimensions are the path tracer's.
+    fn trace(&self, samples: &mut impl Samples, cost: &mut RenderCost) -> Arrival {
         let mut wavelengths = Wavelengths::sample_visible(samples.next_1d());
         let film = self.window.at(samples.next_2d());
         let (lens_u, time_u) = (samples.next_2d(), samples.next_1d());
@@ -92,23 +103,60 @@ impl<'a> PrimarySpace<'a> {
             let all = tracer.radiance(ray, differentials, &mut wavelengths, samples, &mut deep, None, path_cost_ref);
             if all.is_finite() { deep.radiance } else { all }
         };
-        cost.paths += 1;
         cost.rays += u64::from(path_cost.rays);
         cost.shadow_rays += u64::from(path_cost.shadow_rays);
-        let rgb = self.settings.sensor.to_output_rgb(radiance * self.window.area(), &wavelengths);
-        Found { film: film.to_array(), rgb }
+        Arrival::at(film, self.settings.sensor.to_output_rgb(radiance * self.window.area(), &wavelengths))
     }
 
-    /// The target density at a contribution.
-    fn density(found: &Found, importance: &Importance) -> f64 {
-        scalar_contribution(found.rgb) / importance.at(Vec2::from_array(found.film))
+    /// What a bidirectional path tracer makes of it. Each walk has a stream of its own.
+    fn trace_both_ways(
+        &self,
+        walks: &mut Walks<'a>,
+        samples: &mut PrimarySamples<'_>,
+        found: &mut Vec<Arrival>,
+        cost: &mut RenderCost,
+    ) {
+        let Self { world, camera, window, .. } = *self;
+        let wavelengths = Wavelengths::sample_visible(samples.next_1d());
+        let start = camera_start(window, true, samples);
+        let space = SceneSpace::new(world, camera, window, wavelengths, start.time_u);
+        let settings = BidirectionalIntegrator {
+            max_depth: self.options.max_depth,
+            techniques: BidirectionalTechniques::All,
+            heuristic: Heuristic::default(),
+        };
+        let tracer = BidirectionalTracer { settings, world, camera, window };
+        let fewest_vertices = self.options.metropolis.direct_light.min_depth() as usize + 2;
+        let mut seen = [0.0; 3];
+        tracer.visit(&space, &start, walks, samples, |path| {
+            if path.vertices() < fewest_vertices {
+                return;
+            }
+            let Some(film) = path.film(&space, &start) else { return };
+            let rgb = path.rgb(&space, &self.settings.sensor);
+            if path.eye.1 > 1 {
+                seen = std::array::from_fn(|c| seen[c] + rgb[c]);
+            } else {
+                found.push(Arrival::at(film, rgb));
+            }
+        });
+        if seen != [0.0; 3] {
+            found.push(Arrival::at(start.film, seen));
+        }
+        count_rays(&space, cost);
     }
 
-    /// A candidate, made from its number.
-    fn candidate_state(&self, number: u64, stage: u64, state: &mut PrimaryState, cost: &mut RenderCost) {
-        let seed = hash(self.settings.seed, CANDIDATE_STREAM, stage, 0);
-        let mut random = Random::new(seed, number, 0);
-        state.found = self.evaluate(&mut PrimarySamples::large(&mut state.sample, &mut random), cost);
+    /// A candidate, made from its number. Returns its weight.
+    fn draw_candidate(
+        &self,
+        number: u64,
+        stage: u64,
+        importance: &Importance,
+        PrimaryScratch { spare, walks }: &mut PrimaryScratch<'a>,
+        cost: &mut RenderCost,
+    ) -> f64 {
+        let mut random = Random::new(hash(self.settings.seed, CANDIDATE_STREAM, stage, 0), number, 0);
+        spare.draw(&mut random, importance, |samples, found| self.evaluate(walks, samples, found, cost))
     }
 }
 
@@ -134,12 +182,12 @@ impl PathObserver for Deep {
     }
 }
 
-impl ChainProcess for PrimarySpace<'_> {
+impl<'a> ChainProcess for PrimarySpace<'a> {
     type Chain = Chain<PrimaryState>;
-    type Scratch = PrimaryState;
+    type Scratch = PrimaryScratch<'a>;
 
-    fn scratch(&self) -> PrimaryState {
-        PrimaryState::default()
+    fn scratch(&self) -> PrimaryScratch<'a> {
+        PrimaryScratch::default()
     }
 
     fn mutations(&self) -> &'static [&'static str] {
@@ -155,13 +203,12 @@ impl ChainProcess for PrimarySpace<'_> {
         number: u64,
         stage: u64,
         importance: &Importance,
-        scratch: &mut PrimaryState,
+        scratch: &mut PrimaryScratch<'a>,
         splat: &mut impl FnMut(Vec2, f64),
         cost: &mut RenderCost,
     ) -> f64 {
-        self.candidate_state(number, stage, scratch, cost);
-        let weight = Self::density(&scratch.found, importance);
-        splat(Vec2::from_array(scratch.found.film), weight);
+        let weight = self.draw_candidate(number, stage, importance, scratch, cost);
+        scratch.spare.found.iter().for_each(|found| splat(found.film(), found.density(importance)));
         weight
     }
 
@@ -170,63 +217,31 @@ impl ChainProcess for PrimarySpace<'_> {
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
-        _: &mut PrimaryState,
+        _: f64,
+        scratch: &mut PrimaryScratch<'a>,
         cost: &mut RenderCost,
     ) -> Option<Chain<PrimaryState>> {
-        let mut state = PrimaryState::default();
-        self.candidate_state(candidate, 0, &mut state, cost);
-        let density = Self::density(&state.found, context.importance);
+        let density = self.draw_candidate(candidate, 0, context.importance, scratch, cost);
         let seed = hash(self.settings.seed, CHAIN_STREAM, 0, 0);
-        (density > 0.0).then(|| Chain::new(seed, chain, state, density))
+        (density > 0.0).then(|| Chain::new(seed, chain, scratch.spare.clone(), density))
     }
 
     fn advance(
         &self,
         chain: &mut Chain<PrimaryState>,
         steps: u64,
-        context: ChainContext<'_>,
-        spare: &mut PrimaryState,
+        ChainContext { normalization, importance }: ChainContext<'_>,
+        PrimaryScratch { spare, walks }: &mut PrimaryScratch<'a>,
         splat: &mut impl FnMut(Vec2, [f32; 3], f64),
         statistics: &mut MutationStatistics,
         cost: &mut RenderCost,
     ) {
         let PrimarySpaceIntegrator { large_step_probability, kernel, .. } = self.options;
-        let b = context.normalization;
-        let color = |found: &Found| found.rgb.map(|v| (f64::from(v) / b) as f32);
-        for _ in 0..steps {
-            let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
-            let before = *cost;
-            let mut is_large = false;
-            let step = chain.step(spare, |current, proposed, random| {
-                is_large = random.next_f64() < large_step_probability;
-                let mut samples = if is_large {
-                    PrimarySamples::large(&mut proposed.sample, random)
-                } else {
-                    PrimarySamples::small(&current.sample, &mut proposed.sample, kernel, random)
-                };
-                proposed.found = self.evaluate(&mut samples, cost);
-                Some(Proposal::symmetric(Self::density(&proposed.found, context.importance)))
-            });
-            let [of_current, of_proposed] = large_step_weights(
-                step.proposed_weight,
-                is_large,
-                step.current_density,
-                step.proposed_density,
-                b,
-                large_step_probability,
-            );
-            for (state, weight) in [(step.current, of_current), (step.proposed, of_proposed)] {
-                if weight > 0.0 {
-                    splat(Vec2::from_array(state.found.film), color(&state.found), weight);
-                }
-            }
-            let kind = if is_large { LARGE } else { SMALL };
-            let rays = cost.rays + cost.shadow_rays - before.rays - before.shadow_rays;
-            statistics.record(kind, step.outcome, step.proposed_weight, rays);
-            if let Some(begun) = begun {
-                statistics.time(kind, begun.elapsed());
-            }
-        }
+        let going = Steps { importance, normalization, large_step_probability, kernel };
+        let evaluate = |samples: &mut PrimarySamples<'_>, found: &mut Vec<Arrival>, cost: &mut RenderCost| {
+            self.evaluate(walks, samples, found, cost);
+        };
+        going.advance(chain, steps, spare, evaluate, splat, (statistics, cost));
     }
 
     fn longest_stay(&self, chain: &Chain<PrimaryState>) -> u64 {

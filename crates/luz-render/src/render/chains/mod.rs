@@ -203,6 +203,9 @@ impl<'a, P: ChainProcess> ChainRounds<'a, P> {
 
     /// All candidates are drawn: chooses among them, and lets the chains begin.
     fn begin(&mut self, film: &mut Film, cost: &mut RenderCost, incidents: &mut Incidents) {
+        let each = self.weights.len().div_ceil(self.process.strata().max(1) as usize).max(1);
+        let strata: Vec<f64> =
+            self.weights.chunks(each).map(|weights| weights.iter().sum::<f64>() / self.weights.len() as f64).collect();
         let bootstrap: Bootstrap = self.weights.drain(..).collect();
         self.weights.shrink_to_fit();
         let normalization = Normalization {
@@ -221,7 +224,8 @@ impl<'a, P: ChainProcess> ChainRounds<'a, P> {
             let mut cost = RenderCost::default();
             let begun = bootstrap.start(number, self.metropolis.chains, u).map(|candidate| {
                 catch_unwind(AssertUnwindSafe(|| {
-                    self.process.begin(number, candidate as u64, context, scratch, &mut cost)
+                    let stratum = strata.get(candidate / each).copied().unwrap_or(0.0);
+                    self.process.begin(number, candidate as u64, context, stratum, scratch, &mut cost)
                 }))
             });
             let has_panicked = matches!(begun, Some(Err(_)));

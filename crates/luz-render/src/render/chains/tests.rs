@@ -97,6 +97,7 @@ impl ChainProcess for Toy {
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
+        _: f64,
         _: &mut [f32; 2],
         _: &mut RenderCost,
     ) -> Option<Chain<[f32; 2]>> {

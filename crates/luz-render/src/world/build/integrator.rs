@@ -3,7 +3,7 @@
 use super::Context;
 use crate::film::FilmKind;
 use crate::integrator::metropolis::{
-    DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimaryEstimator, PrimarySpaceIntegrator,
+    DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator,
 };
 use crate::integrator::{
     BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind, PathIntegrator, Technique,
@@ -40,19 +40,13 @@ pub(super) fn integrator(context: &mut Context<'_>, overrides: &Overrides) -> In
             refuse_pictures_of_strategies(context, entity);
             Integrator::Bidirectional(bidirectional(BidirectionalTechniques::All))
         }
-        IntegratorKind::PrimarySpace => {
-            let estimator = overrides.metropolis.estimator.unwrap_or_default();
-            if estimator == PrimaryEstimator::Bidirectional {
-                not_yet(context, None, "primary-space Metropolis over `bdpt`");
-            }
-            Integrator::PrimarySpace(PrimarySpaceIntegrator {
-                max_depth,
-                metropolis: metropolis(context, entity, &overrides.metropolis),
-                estimator,
-                large_step_probability: large_step_probability(context, entity, &overrides.metropolis),
-                kernel: kernel(context, entity, &overrides.metropolis),
-            })
-        }
+        IntegratorKind::PrimarySpace => Integrator::PrimarySpace(PrimarySpaceIntegrator {
+            max_depth,
+            metropolis: metropolis(context, entity, &overrides.metropolis),
+            estimator: overrides.metropolis.estimator.unwrap_or_default(),
+            large_step_probability: large_step_probability(context, entity, &overrides.metropolis),
+            kernel: kernel(context, entity, &overrides.metropolis),
+        }),
         IntegratorKind::Multiplexed => Integrator::Multiplexed(MultiplexedIntegrator {
             max_depth,
             metropolis: metropolis(context, entity, &overrides.metropolis),
@@ -116,26 +110,14 @@ pub(super) fn light_sampler(context: &mut Context<'_>, overrides: &Overrides) ->
 }
 
 fn kind(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> IntegratorKind {
-    let kind = overrides.integrator.or_else(|| IntegratorKind::of_pbrt(&entity.kind)).unwrap_or_else(|| {
+    overrides.integrator.or_else(|| IntegratorKind::of_pbrt(&entity.kind)).unwrap_or_else(|| {
         let kind = &entity.kind;
         context.diagnostics.push(
             Diagnostic::error(entity.kind_span, format!("the integrator `{kind}` cannot be rendered yet"))
                 .with_help("`--integrator path` renders the scene with path tracing instead"),
         );
         IntegratorKind::Path
-    });
-    if kind == IntegratorKind::Multiplexed {
-        let span = if overrides.integrator.is_none() { Some(entity.kind_span) } else { None };
-        not_yet(context, span, &format!("the integrator `{kind}`"));
-    }
-    kind
-}
-
-fn not_yet(context: &mut Context<'_>, span: Option<luz_scene::Span>, what: &str) {
-    context.diagnostics.push(
-        Diagnostic::error(span, format!("{what} cannot be rendered yet"))
-            .with_help("`--integrator path` renders the scene with path tracing instead"),
-    );
+    })
 }
 
 fn max_depth(context: &mut Context<'_>, entity: &Entity, overrides: &Overrides) -> u32 {

@@ -24,9 +24,11 @@ pub use multi_chain::MultiChainPerturbation;
 pub use mutation::{Attempt, Kept, Mutation};
 pub use state::State;
 
-use super::{ChainContext, ChainProcess, Importance, MutationProbabilities, MutationStatistics, PathSpaceIntegrator};
+use super::{
+    ChainContext, ChainProcess, Importance, MutationProbabilities, MutationStatistics, PathSpaceIntegrator, count_rays,
+};
 use crate::camera::Camera;
-use crate::integrator::bidirectional::Found;
+use crate::integrator::walks::{Found, Interleaved, Walks};
 use crate::integrator::{BidirectionalIntegrator, BidirectionalTechniques, BidirectionalTracer, CameraStart};
 use crate::render::RenderCost;
 use crate::settings::Settings;
@@ -181,10 +183,11 @@ impl<'a> PathSpaceMetropolis<'a> {
         let start = CameraStart { film: window.at(random.next_2d()), lens_u: random.next_2d(), time_u };
         let space = self.measure.space(&conditions);
         let tracer = BidirectionalTracer { settings: self.tracer, world, camera, window };
-        tracer.visit(&space, &start, &mut random, |found| {
+        tracer.visit(&space, &start, &mut Walks::default(), &mut Interleaved(&mut random), |found| {
             let vertices = found.vertices();
-            let film = if found.eye.1 > 1 { Some(start.film) } else { found.arrival(&space) };
-            if let Some(film) = film.filter(|&film| vertices >= self.fewest_vertices && window.contains(film)) {
+            if let Some(film) =
+                found.film(&space, &start).filter(|&film| vertices >= self.fewest_vertices && window.contains(film))
+            {
                 let rgb = self.measure.rgb(found.value, *space.wavelengths(), found.disperses());
                 let weight = super::scalar_contribution(rgb) / importance.at(film);
                 if weight > 0.0 && weight.is_finite() {
@@ -357,12 +360,6 @@ fn another_colour(conditions: &Conditions, random: &mut Random) -> Conditions {
     conditions.recoloured((moved - moved.floor()).min(ONE_MINUS_EPSILON))
 }
 
-fn count_rays(space: &SceneSpace<'_>, cost: &mut RenderCost) {
-    let (rays, shadow_rays) = space.rays();
-    cost.rays += u64::from(rays);
-    cost.shadow_rays += u64::from(shadow_rays);
-}
-
 impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
     type Chain = PathChain<'a>;
     type Scratch = Workspace<'a>;
@@ -401,6 +398,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         chain: u64,
         candidate: u64,
         context: ChainContext<'_>,
+        _: f64,
         _: &mut Workspace<'a>,
         cost: &mut RenderCost,
     ) -> Option<PathChain<'a>> {
