@@ -41,6 +41,9 @@ use std::time::{Duration, Instant};
 /// How long a pass should take, if nothing else is said: whoever watches or interrupts is answered soon.
 pub const PASS_TIME: Duration = Duration::from_millis(700);
 
+/// Rounds of mutations for each sample of direct light, where that is separate: it is the easier part of the picture.
+const ROUNDS_PER_SAMPLE: u32 = 4;
+
 /// A render in progress.
 pub struct Renderer<'a> {
     settings: &'a Settings,
@@ -214,7 +217,11 @@ impl<'a> Renderer<'a> {
             return preparation - self.rounds_done;
         }
         let left = self.rounds().saturating_sub(self.rounds_done);
-        self.pixels.as_ref().map_or(left, |pixels| pixels.rounds_until_decision(self.rounds_done - preparation))
+        match (&self.pixels, &self.chains) {
+            // Direct light beside chains is not decided on.
+            (Some(pixels), None) => pixels.rounds_until_decision(self.rounds_done),
+            _ => left,
+        }
     }
 
     fn pass_between_decisions(&mut self, rounds: u32) {
@@ -230,7 +237,11 @@ impl<'a> Renderer<'a> {
         } else {
             let range = self.rounds_done - preparation..end - preparation;
             if let Some(pixels) = &mut self.pixels {
-                pixels.pass(range.clone(), film, cost, incidents);
+                let rounds = match self.chains {
+                    Some(_) => range.start.div_ceil(ROUNDS_PER_SAMPLE)..range.end.div_ceil(ROUNDS_PER_SAMPLE),
+                    None => range.clone(),
+                };
+                pixels.pass(rounds, film, cost, incidents);
             }
             if let Some(chains) = &mut self.chains {
                 chains.advance(range, film, cost, incidents);

@@ -14,7 +14,7 @@ pub struct MetropolisArguments {
     /// Markov chains [default: 1024]
     #[arg(long, value_name = "N")]
     pub chains: Option<u64>,
-    /// Independent samples that brightness is estimated from and chains are started at [default: 100000, or a sixteenth of
+    /// Independent samples that brightness is estimated from and chains are started at [default: 100000, or a sixty-fourth of
     /// the mutations]
     #[arg(long, value_name = "N", alias = "bootstrapsamples")]
     pub bootstrap_samples: Option<u64>,

@@ -85,10 +85,10 @@ pub(super) fn mutations_per_pixel(context: &mut Context<'_>, integrator: &Integr
     Some(count.max(1) as u32)
 }
 
-/// Where nobody says how many candidates chains are to begin from: so many that they cost a sixteenth of the mutations, and no fewer
+/// Where nobody says how many candidates chains are to begin from: so many there are a sixty-fourth of the mutations, and no fewer
 /// than pbrt-v4 has. What brightness is wrong by, all pixels are.
 pub(super) fn default_bootstrap(integrator: &mut Integrator, entity: &Entity, overrides: &Overrides, mutations: u64) {
-    const SHARE: u64 = 16;
+    const SHARE: u64 = 64;
     const MOST: u64 = 1 << 22;
     let is_said =
         overrides.metropolis.bootstrap_samples.is_some() || entity.parameters.get("bootstrapsamples").is_some();
