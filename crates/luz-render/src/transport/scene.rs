@@ -322,7 +322,7 @@ impl<'w> SceneSpace<'w> {
         }
     }
 
-    /// Where light from one vertex to the other, which is an orthographic camera, arrives.
+    /// Where light from one vertex to the other arrives, if that is an orthographic camera.
     fn film_plane(&self, a: &SceneVertex<'_>, b: &SceneVertex<'_>) -> Option<Vec3> {
         let (camera, end, seen) = match (a, b) {
             (camera @ SceneVertex::Camera(end, _), seen) | (seen, camera @ SceneVertex::Camera(end, _)) => {
@@ -330,6 +330,9 @@ impl<'w> SceneSpace<'w> {
             }
             _ => return None,
         };
+        if matches!(camera.anchor(), Anchor::Point { .. }) {
+            return None;
+        }
         self.film(camera, seen).map(|film| self.camera.departure(end, film).origin)
     }
 
