@@ -110,3 +110,26 @@ fn chains_of_paths_find_all_lights_in_a_row() {
     assert!(z.abs() < 5.0, "{z}");
     assert!(broken > 5.0, "{broken}: the test must be able to fail");
 }
+
+/// Connections know what stands before the sky as walks do.
+#[test]
+fn the_sky_is_visible_where_it_is_seen() {
+    let loaded = load(SCENE, &overrides([16, 16], 1));
+    let window = loaded.settings.film_window();
+    let space = SceneSpace::new(&loaded.world, &loaded.camera, window, Wavelengths::sample_visible(0.5), 0.0);
+    let mut counts = [0; 2];
+    for i in 0..5000 {
+        let mut random = Random::new(2, 0, i);
+        let Some(eye) = space.begin(Side::Eye, &mut random) else { continue };
+        let Some(sky) = space.begin(Side::Light, &mut random).filter(|light| light.position().is_none()) else {
+            continue;
+        };
+        let Some(film) = space.film(&eye, &sky) else { continue };
+        // Through the sphere, which walks pass.
+        let seen = space.seen_through(&eye, film, false);
+        assert_eq!(space.is_visible(&eye, &sky), seen.is_none(), "{film}");
+        assert_eq!(space.is_visible(&sky, &eye), seen.is_none(), "{film}");
+        counts[usize::from(seen.is_none())] += 1;
+    }
+    assert!(counts.iter().all(|&count| count > 50), "{counts:?}");
+}
