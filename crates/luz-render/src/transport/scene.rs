@@ -243,6 +243,27 @@ impl<'w> SceneSpace<'w> {
         }
     }
 
+    /// Can a walk come upon several ends, one behind the other?
+    fn has_ends_in_rows(&self) -> bool {
+        self.world.has_passable_lights || self.world.infinite_lights().len() > 1
+    }
+
+    /// All ends that a walk from `at` comes upon, the first thing there being `next`.
+    fn ends_from<'a>(
+        &'a self,
+        at: &'a SceneVertex<'w>,
+        mut next: Option<SceneVertex<'w>>,
+    ) -> impl Iterator<Item = SceneVertex<'w>> + 'a {
+        std::iter::from_fn(move || {
+            let end = next.take()?;
+            if matches!(end, SceneVertex::Light(_)) {
+                next = self.beyond(at, &end);
+            }
+            Some(end)
+        })
+        .filter(|end| self.as_light(end).is_some())
+    }
+
     /// Finds a vertex again by the ray that found it.
     pub fn find_again(&self, (origin, direction): (Vec3, Vec3)) -> Option<SceneVertex<'w>> {
         self.trace(origin, direction, false)
@@ -301,7 +322,7 @@ impl<'w> SceneSpace<'w> {
         }
     }
 
-    /// Where light from one vertex to the other, which is an orthographic camera, arrives.
+    /// Where light from one vertex to the other arrives, if that is an orthographic camera.
     fn film_plane(&self, a: &SceneVertex<'_>, b: &SceneVertex<'_>) -> Option<Vec3> {
         let (camera, end, seen) = match (a, b) {
             (camera @ SceneVertex::Camera(end, _), seen) | (seen, camera @ SceneVertex::Camera(end, _)) => {
@@ -309,6 +330,9 @@ impl<'w> SceneSpace<'w> {
             }
             _ => return None,
         };
+        if matches!(camera.anchor(), Anchor::Point { .. }) {
+            return None;
+        }
         self.film(camera, seen).map(|film| self.camera.departure(end, film).origin)
     }
 
@@ -435,9 +459,31 @@ impl<'w> PathSpace for SceneSpace<'w> {
         matches!(end, SceneVertex::Light(end) if !end.is_delta())
     }
 
-    fn is_found_last(&self, end: &SceneVertex<'w>) -> bool {
-        let SceneVertex::Light(end) = end else { return false };
-        !end.is_delta() && (!end.is_infinite() || self.world.infinite_lights().first() == Some(&end.light))
+    fn choose_end(&self, at: &SceneVertex<'w>, found: SceneVertex<'w>, u: f32) -> SceneVertex<'w> {
+        if !self.has_ends_in_rows() {
+            return found;
+        }
+        let count = self.ends_from(at, Some(found.clone())).count();
+        let chosen = (u * count as f32) as usize;
+        self.ends_from(at, Some(found.clone())).nth(chosen.min(count.saturating_sub(1))).unwrap_or(found)
+    }
+
+    fn end_probability(&self, at: &SceneVertex<'w>, end: &SceneVertex<'w>) -> f32 {
+        if !self.can_be_hit(end) {
+            return 0.0;
+        }
+        if !self.has_ends_in_rows() {
+            return 1.0;
+        }
+        let first = match at {
+            SceneVertex::Camera(..) => self.film(at, end).and_then(|film| self.seen_through(at, film, true)),
+            _ => direction(at.anchor(), end.anchor())
+                .and_then(|(towards, _)| self.trace(at.anchor().offset_origin(towards)?, towards, true)),
+        };
+        match self.ends_from(at, first).count() {
+            0 => 0.0,
+            count => 1.0 / count as f32,
+        }
     }
 
     fn is_connectable(&self, vertex: &SceneVertex<'w>) -> bool {

@@ -135,10 +135,13 @@ pub trait PathSpace {
     /// Can a walk from the other end come upon this end? (It cannot come upon a pinhole, or a point light.)
     fn can_be_hit(&self, end: &Self::Vertex) -> bool;
 
-    /// Is this `x₀` the one that [`extend`](Self::extend), `as_end`, finds where it stands? (Of several environments it finds the first.)
-    fn is_found_last(&self, end: &Self::Vertex) -> bool {
-        self.can_be_hit(end)
-    }
+    /// Of the ends that a walk would come upon one behind the other, going on from `at`, the first of which is `found`, the one that
+    /// `u ∈ [0, 1)` chooses. (There are several environments, or a light that walks pass stands before another.)
+    fn choose_end(&self, at: &Self::Vertex, found: Self::Vertex, u: f32) -> Self::Vertex;
+
+    /// The probability with which [`choose_end`](Self::choose_end) chooses this end of a walk that goes towards it from `at`; zero if it
+    /// cannot be hit.
+    fn end_probability(&self, at: &Self::Vertex, end: &Self::Vertex) -> f32;
 
     /// Can the vertex be connected to others: does it scatter into solid angles at all?
     fn is_connectable(&self, vertex: &Self::Vertex) -> bool;

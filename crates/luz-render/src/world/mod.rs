@@ -45,6 +45,8 @@ pub struct World {
     pub(crate) center: Vec3,
     pub(crate) radius: f32,
     pub(crate) has_passages: bool,
+    /// Some light shines from a surface that rays pass.
+    pub(crate) has_passable_lights: bool,
     pub(crate) has_varying_textures: bool,
     pub(crate) statistics: WorldStatistics,
 }

@@ -358,6 +358,10 @@ impl Builder {
         Some(World {
             infinite_lights: infinite.collect(),
             has_passages: self.shapes.iter().any(|s| s.alpha.is_some() || s.is_interface || s.is_mixed_interface),
+            has_passable_lights: self
+                .shapes
+                .iter()
+                .any(|s| s.first_light.is_some() && (s.is_interface || s.is_mixed_interface)),
             has_varying_textures: !self.textures.textures.all_constant(),
             accelerator,
             shapes: self.shapes,

@@ -186,7 +186,7 @@ impl Bidirectional {
         for division in 0..choices {
             let meeting = start + division;
             let is_possible = match meeting {
-                0 => space.is_found_last(&nodes[0].vertex),
+                0 => space.can_be_hit(&nodes[0].vertex),
                 _ if !is_on_film(space, y) => false,
                 _ => nodes[meeting - 1..=meeting]
                     .iter()
@@ -194,6 +194,7 @@ impl Bidirectional {
             };
             if is_possible {
                 let light = match (start, division) {
+                    (0, 0) => f64::from(space.end_probability(&nodes[1].vertex, &nodes[0].vertex)).ln(),
                     (0, 1) if n > 2 => f64::from(space.direct_density(&nodes[1].vertex, &nodes[0].vertex)).ln(),
                     _ => light_so_far,
                 };
@@ -235,9 +236,9 @@ fn walk_and_connect<P: PathSpace>(
             extend(space, Side::Eye, walk, ends_on_light && i + 1 == from_eye, samples)?;
         }
     }
-    if ends_on_light {
-        let last = walk.last_mut()?;
-        last.vertex = space.as_light(&last.vertex)?;
+    if ends_on_light && let [.., at, last] = &mut walk[..] {
+        let end = space.choose_end(&at.vertex, last.vertex.clone(), samples.next_1d());
+        last.vertex = space.as_light(&end)?;
     }
 
     y.clear();
@@ -279,6 +280,18 @@ fn is_on_film<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> bool {
     path.len() > 2 || path.nodes().first().is_some_and(|node| space.can_be_hit(&node.vertex))
 }
 
+/// Can what is not kept be made by walks that meet, so that there is a way back from whatever takes its place? A single specular
+/// vertex between two that are kept, say, cannot.
+fn can_be_restored<P: PathSpace>(space: &P, path: &Path<P::Vertex>, kept: Kept) -> bool {
+    let nodes = path.nodes();
+    let connects = |pair: &[Node<P::Vertex>]| {
+        pair.iter().all(|node| !node.bounce.is_specular() && space.is_connectable(&node.vertex))
+    };
+    let edges = kept.light.saturating_sub(1)..(nodes.len() - kept.eye + 1).min(nodes.len());
+    kept.light == 0 && space.can_be_hit(&nodes[0].vertex)
+        || is_on_film(space, path) && nodes.get(edges).is_some_and(|nodes| nodes.windows(2).any(connects))
+}
+
 /// Adds a walk's next vertex.
 fn extend<P: PathSpace>(
     space: &P,
@@ -302,6 +315,9 @@ impl<P: PathSpace> Mutation<P> for Bidirectional {
             ((samples.next_1d() * Self::placements(n, deleted) as f32) as usize).min(Self::placements(n, deleted) - 1);
         let light = place + usize::from(deleted == 0);
         let kept = Kept { light, eye: n - deleted - light };
+        if !can_be_restored(space, x, kept) {
+            return Attempt::Failed;
+        }
         let weights = self.additions(kept, deleted);
         if weights.clone().sum::<f64>() <= 0.0 {
             return Attempt::Failed;
@@ -315,7 +331,7 @@ impl<P: PathSpace> Mutation<P> for Bidirectional {
 
     fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
         let rest = kept.light + kept.eye;
-        if x.len() < rest || y.len() < rest {
+        if x.len() < rest || y.len() < rest || !can_be_restored(space, x, kept) {
             return f64::NEG_INFINITY;
         }
         let choice =

@@ -69,7 +69,8 @@ impl<P: PerturbationSpace> Mutation<P> for CausticPerturbation {
 
     fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
         let (old, new) = (x.nodes(), y.nodes());
-        let Some(at) = kept.light.checked_sub(1).filter(|&at| turning(x) == Some(at)) else {
+        let Some(at) = kept.light.checked_sub(1).filter(|&at| [x, y].iter().all(|path| turning(path) == Some(at)))
+        else {
             return f64::NEG_INFINITY;
         };
         let Some(range) = space.turns_by_pixels(&old[at..], self.pixels) else { return f64::NEG_INFINITY };

@@ -2,7 +2,7 @@
 //! the same kinds as before, one or several, up to a vertex that is connected with the rest of the path.
 
 use super::mutation::{Attempt, Kept, is_connected};
-use crate::transport::{Bounce, Node, Path, PerturbationSpace, Range, Side, SpecularKind};
+use crate::transport::{Bounce, Node, Path, PathSpace, PerturbationSpace, Range, Side, SpecularKind};
 use luz_sample::Samples;
 
 /// A path's suffix, as far as such a perturbation replaces it.
@@ -15,8 +15,8 @@ pub(super) struct EyeChains {
 }
 
 /// The suffix of a path from the eye to the first two vertices that scatter into solid angles one after the other, or to a light that
-/// is seen through specular scattering only, or directly.
-pub(super) fn eye_chains<V: Clone>(path: &Path<V>) -> Option<EyeChains> {
+/// is seen through specular scattering only, or directly; `None` if such a light cannot be come upon.
+pub(super) fn eye_chains<P: PathSpace>(space: &P, path: &Path<P::Vertex>) -> Option<EyeChains> {
     let nodes = path.nodes();
     let mut chains = 1;
     let mut i = nodes.len().checked_sub(2)?;
@@ -26,7 +26,8 @@ pub(super) fn eye_chains<V: Clone>(path: &Path<V>) -> Option<EyeChains> {
             i -= 1;
         }
         if i == 0 || i == 1 || !nodes[i - 1].bounce.is_specular() {
-            return Some(EyeChains { kept: i, chains });
+            let can_be_found = i > 0 || space.can_be_hit(&nodes[0].vertex);
+            return can_be_found.then_some(EyeChains { kept: i, chains });
         }
         chains += 1;
         i -= 1;
@@ -80,7 +81,7 @@ fn replace<P: PerturbationSpace>(
             Bounce::Specular(kind) => follow(space, walk, kind, as_end)?,
             Bounce::Spread => space.turn(at, (&old[i + 1].vertex, &old[i].vertex), moves.turn, samples)?,
         };
-        let next = if as_end { space.as_light(&next)? } else { next };
+        let next = if as_end { space.as_light(&space.choose_end(at, next, samples.next_1d()))? } else { next };
         walk.push(Node { bounce: old[i].bounce, ..Node::unknown(&next) });
     }
     y.clear();
@@ -104,16 +105,21 @@ fn follow<P: PerturbationSpace>(
 pub(super) fn ln_density<P: PerturbationSpace>(
     space: &P,
     moves: Moves,
+    found: EyeChains,
     x: &Path<P::Vertex>,
     y: &Path<P::Vertex>,
     kept: Kept,
 ) -> f64 {
     let (old, new) = (x.nodes(), y.nodes());
-    if kept.eye != 1 || old.len() != new.len() || kept.light == 0 && !space.is_found_last(&new[0].vertex) {
+    let is_this_move = kept == Kept { light: found.kept, eye: 1 } && old.len() == new.len();
+    if !is_this_move {
         return f64::NEG_INFINITY;
     }
     let eye = old.len() - 1;
-    let mut sum = 0.0;
+    let mut sum = match kept.light {
+        0 => f64::from(space.end_probability(&new[1].vertex, &new[0].vertex)).ln(),
+        _ => 0.0,
+    };
     for i in (kept.light..eye).rev() {
         if old[i].bounce != new[i].bounce {
             return f64::NEG_INFINITY;

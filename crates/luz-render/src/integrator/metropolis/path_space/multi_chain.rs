@@ -26,13 +26,16 @@ impl MultiChainPerturbation {
 
 impl<P: PerturbationSpace> Mutation<P> for MultiChainPerturbation {
     fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
-        match eye_chains(x) {
+        match eye_chains(space, x) {
             Some(found) if found.chains > 1 => eye_chain::propose(space, self.moves(), found, x, y, samples),
             _ => Attempt::Inapplicable,
         }
     }
 
     fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
-        eye_chain::ln_density(space, self.moves(), x, y, kept)
+        match eye_chains(space, x) {
+            Some(found) if found.chains > 1 => eye_chain::ln_density(space, self.moves(), found, x, y, kept),
+            _ => f64::NEG_INFINITY,
+        }
     }
 }
