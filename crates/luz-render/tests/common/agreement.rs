@@ -117,14 +117,24 @@ struct Comparison {
 #[derive(Clone, Debug, Default)]
 pub struct Family {
     all: Vec<Comparison>,
-    /// Of whole pictures' green channels.
-    z: Vec<f64>,
+    /// The deviations of whole pictures' green channels, of all that were compared with the same.
+    z: Vec<(Running, Vec<f64>)>,
 }
 
 impl Family {
-    /// Compares two ways to render.
+    /// Compares two ways to render, tile by tile and as a whole.
     pub fn compare(&mut self, what: &str, a: &Means, b: &Means) {
-        for (i, (a, b)) in a.0.iter().zip(&b.0).enumerate() {
+        self.compare_from(0, what, a, b);
+    }
+
+    /// Compares two ways to render by the whole picture alone: for estimators so uneven that in a tile's few samples the rare ones
+    /// that carry much of the mean may all be missing, of which its estimated error would know nothing.
+    pub fn compare_whole(&mut self, what: &str, a: &Means, b: &Means) {
+        self.compare_from(3 * TILES * TILES, what, a, b);
+    }
+
+    fn compare_from(&mut self, first: usize, what: &str, a: &Means, b: &Means) {
+        for (i, (a, b)) in a.0.iter().zip(&b.0).enumerate().skip(first) {
             let difference = (a.mean() - b.mean()).abs();
             // Where nothing is random, rounding remains.
             let is_rounding = difference <= ROUNDING * (a.mean().abs() + b.mean().abs());
@@ -143,12 +153,15 @@ impl Family {
                 p,
             });
             if i == 3 * TILES * TILES + 1 && z.is_finite() && !is_rounding {
-                self.z.push(z);
+                match self.z.last_mut() {
+                    Some((shared, deviations)) if shared == a => deviations.push(z),
+                    _ => self.z.push((*a, vec![z])),
+                }
             }
         }
         if std::env::var_os("LUZ_VERBOSE").is_some() {
             let last = &self.all[self.all.len() - 2];
-            let worst = self.all[self.all.len() - MEANS..].iter().map(|c| c.p).fold(1.0, f64::min);
+            let worst = self.all[self.all.len() - (MEANS - first)..].iter().map(|c| c.p).fold(1.0, f64::min);
             println!("{} worst p {worst:.1e}", last.what);
         }
     }
@@ -159,7 +172,10 @@ impl Family {
         let each = sidak(0.5 * significance, self.all.len());
         let mut found: Vec<String> =
             self.all.iter().filter(|c| c.p < each).map(|c| format!("{}, p = {:.1e}", c.what, c.p)).collect();
-        let common = self.z.iter().sum::<f64>() / (self.z.len().max(1) as f64).sqrt();
+        // The mean of deviations from the same has a variance of one at most.
+        let mean = |deviations: &[f64]| deviations.iter().sum::<f64>() / deviations.len() as f64;
+        let sum: f64 = self.z.iter().map(|(_, deviations)| mean(deviations)).sum();
+        let common = sum / (self.z.len().max(1) as f64).sqrt();
         if luz_sample::test_support::z_test(common) < 0.5 * significance {
             found.push(format!("all together: z = {common:.2}"));
         }
