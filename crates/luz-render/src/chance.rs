@@ -15,8 +15,18 @@ pub(crate) fn chance_at(point: Vec3, salt: u32) -> f32 {
     of_vectors(point, Vec3::ZERO, salt)
 }
 
+/// A seed that is a pure function of a point: for values there that are estimates themselves, whose errors would otherwise be
+/// the same all over a surface.
+pub(crate) fn seed_at(point: Vec3) -> u64 {
+    hash_of_vectors(point, Vec3::ZERO, 0)
+}
+
 fn of_vectors(point: Vec3, direction: Vec3, salt: u32) -> f32 {
+    random::unit_f32((hash_of_vectors(point, direction, salt) >> 32) as u32)
+}
+
+fn hash_of_vectors(point: Vec3, direction: Vec3, salt: u32) -> u64 {
     let key = |v: Vec3| u64::from(v.x.to_bits()) | (u64::from(v.y.to_bits()) << 32);
     let rest = u64::from(point.z.to_bits()) | (u64::from(direction.z.to_bits()) << 32);
-    random::unit_f32((random::hash(key(point), key(direction), rest, salt) >> 32) as u32)
+    random::hash(key(point), key(direction), rest, salt)
 }

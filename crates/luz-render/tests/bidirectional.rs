@@ -1,189 +1,143 @@
-//! Bidirectional path tracing and light tracing against path tracing.
+//! Bidirectional path tracing and light tracing against path tracing, and each technique against all together.
 
 mod common;
 
+use common::agreement::{Family, Means};
+use common::load;
 use common::transport_scenes::{self, TransportScene};
-use common::{load, mean, render};
-use glam::Vec2;
-use luz_color::Wavelengths;
 use luz_render::Overrides;
-use luz_render::integrator::{
-    BidirectionalIntegrator, BidirectionalTechniques, BidirectionalTracer, CameraStart, PathCost, PixelEstimator,
-    Splats,
-};
+use luz_render::film::Filter;
+use luz_render::integrator::{BidirectionalIntegrator, BidirectionalTechniques, Integrator};
 use luz_render::world::Loaded;
-use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
-use luz_sample::random::Random;
-use luz_sample::statistics::Running;
 
-/// Means over the whole film of what samples find, with what arrives elsewhere.
-fn film_mean(loaded: &Loaded, settings: &BidirectionalIntegrator, samples: u32, seed: u64) -> [Running; 3] {
-    let Loaded { world, camera, settings: scene, .. } = loaded;
-    let window = scene.film_window();
-    let tracer = BidirectionalTracer { settings: *settings, world, camera, window };
-    let mut sums = [Running::default(); 3];
-    let mut all = Vec::new();
-    for y in scene.bounds.y0..scene.bounds.y1 {
-        for x in scene.bounds.x0..scene.bounds.x1 {
-            for index in 0..samples {
-                let mut random = Random::new(seed, u64::from(y << 16 | x), u64::from(index));
-                let mut wavelengths = Wavelengths::sample_visible(random.next_1d());
-                let film = Vec2::new(x as f32, y as f32) + random.next_2d();
-                let start = CameraStart { film, lens_u: random.next_2d(), time_u: random.next_1d() };
-                all.clear();
-                let mut splats = Splats::new(&scene.sensor, &mut all);
-                let mut cost = PathCost::default();
-                let value = tracer.sample(&start, &mut wavelengths, &mut random, &mut splats, &mut cost);
-                let mut rgb = scene.sensor.to_output_rgb(value, &wavelengths);
-                let area = window.area();
-                for splat in &all {
-                    for c in 0..3 {
-                        rgb[c] += splat.rgb[c] / area;
-                    }
-                }
-                for c in 0..3 {
-                    sums[c].push(f64::from(rgb[c]));
-                }
-            }
-        }
-    }
-    sums
+/// How often one of these tests, of another seed, would fail though nothing is wrong. Their seeds are fixed.
+const SIGNIFICANCE: f64 = 1e-3;
+
+fn loaded(text: &str) -> Loaded {
+    load(text, &Overrides { filter: Some(Filter::unit_box()), ..Overrides::default() })
+}
+
+fn by(techniques: BidirectionalTechniques, max_depth: u32) -> BidirectionalIntegrator {
+    BidirectionalIntegrator { max_depth, techniques, heuristic: Heuristic::default() }
+}
+
+fn bdpt(max_depth: u32) -> Integrator {
+    Integrator::Bidirectional(by(BidirectionalTechniques::All, max_depth))
+}
+
+fn light(max_depth: u32) -> Integrator {
+    Integrator::Light(by(BidirectionalTechniques::Light, max_depth))
+}
+
+fn path(loaded: &Loaded, max_depth: u32) -> Integrator {
+    let mut integrator = loaded.settings.integrator.clone();
+    integrator.path_mut().expect("the scenes say `path`").max_depth = max_depth;
+    integrator
+}
+
+/// The seeds of the first way to render, the second, and so on: all different.
+fn seeds(way: u64, count: u64) -> std::ops::Range<u64> {
+    1000 * way..1000 * way + count
 }
 
 #[test]
-#[ignore]
-fn look() {
-    let only = std::env::var("ONLY").ok();
-    let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
+fn all_integrators_agree_on_all_scenes() {
+    let (mut family, mut broken) = (Family::default(), Family::default());
     for TransportScene { name, text, has_specular_view } in transport_scenes::all() {
-        if only.as_deref().is_some_and(|only| only != name) {
-            continue;
+        let loaded = loaded(&text);
+        let depth = loaded.settings.integrator.max_depth();
+        let reference = Means::of(&loaded, &path(&loaded, depth), 3, seeds(0, 24));
+        let both = Means::of(&loaded, &bdpt(depth), 2, seeds(1, 24));
+        family.compare(&format!("{name}, bdpt"), &reference, &both);
+        broken.compare(name, &reference, &both.scaled(1.02));
+        if !has_specular_view {
+            let light = Means::of(&loaded, &light(depth), 2, seeds(2, 24));
+            family.compare(&format!("{name}, light"), &reference, &light);
         }
-        let loaded = load(
-            &text,
-            &Overrides {
-                samples_per_pixel: Some(spp),
-                filter: Some(luz_render::film::Filter::unit_box()),
-                ..Overrides::default()
-            },
-        );
-        let start = std::time::Instant::now();
-        let reference = mean(&render(&loaded));
-        let path_time = start.elapsed().as_secs_f64();
-        let max_depth = loaded.settings.integrator.max_depth();
-        print!("{name:24} path {:8.4} ±{:6.4}", reference[1].0, reference[1].1);
-        for (label, techniques) in [("bdpt", BidirectionalTechniques::All), ("light", BidirectionalTechniques::Light)] {
-            if label == "light" && has_specular_view {
-                continue;
-            }
-            let settings = BidirectionalIntegrator { max_depth, techniques, heuristic: Heuristic::default() };
-            let start = std::time::Instant::now();
-            let found = film_mean(&loaded, &settings, spp, 3);
-            let time = start.elapsed().as_secs_f64();
-            let z: Vec<f64> = (0..3)
-                .map(|c| (found[c].mean() - reference[c].0) / found[c].standard_error().hypot(reference[c].1))
-                .collect();
-            print!(
-                "  {label} {:8.4} ±{:6.4} z {:5.1} {:5.1} {:5.1} t {:4.1}×",
-                found[1].mean(),
-                found[1].standard_error(),
-                z[0],
-                z[1],
-                z[2],
-                time / path_time
-            );
-        }
-        println!();
     }
+    family.assert_agrees(SIGNIFICANCE);
+    assert!(!broken.contradictions(SIGNIFICANCE).is_empty(), "the test must be able to fail");
 }
 
-/// Means over 4 × 4 tiles of the picture, per channel, of independent renders.
-fn tiles(loaded: &Loaded, seeds: u64) -> Vec<Running> {
-    let mut tiles = vec![Running::default(); 49];
-    for seed in 0..seeds {
-        let mut settings = loaded.settings.clone();
-        settings.seed = seed + 10;
-        let mut renderer = luz_render::Renderer::new(&loaded.world, &loaded.camera, &settings);
-        renderer.finish();
-        let film = renderer.film();
-        let (w, h) = (film.bounds().width() as usize, film.bounds().height() as usize);
-        let mut sums = vec![(0.0, 0.0f64); 49];
-        for (i, pixel) in film.estimates().enumerate() {
-            let tile = (i / w) * 4 / h * 4 + (i % w) * 4 / w;
-            for c in 0..3 {
-                for t in [tile * 3 + c, 48] {
-                    sums[t].0 += pixel.mean[c];
-                    sums[t].1 += 1.0;
-                }
-            }
-        }
-        for (tile, (sum, n)) in tiles.iter_mut().zip(sums) {
-            tile.push(sum / n);
-        }
-    }
-    tiles
-}
+/// Scenes whose light every technique can find, but for lights without extent.
+const SCENES_FOR_TECHNIQUES: [&str; 5] =
+    ["diffuse_box", "thin_lens", "rough_glass", "image_environment", "distant_light"];
 
 #[test]
-#[ignore]
-fn look_mlt() {
-    let only = std::env::var("ONLY").ok();
-    let which = std::env::var("WHICH").unwrap_or("mlt".into());
-    let spp: u32 = std::env::var("SPP").ok().and_then(|s| s.parse().ok()).unwrap_or(64);
-    // `pssmlt:bdpt`, say.
-    let (kind, estimator) = which.split_once(':').map_or((&*which, None), |(kind, name)| (kind, Some(name)));
-    let mutations: Option<Vec<f64>> =
-        std::env::var("MUT").ok().map(|s| s.split(',').map(|x| x.parse().unwrap()).collect());
+fn every_technique_agrees_with_all_together() {
+    let mut family = Family::default();
     for TransportScene { name, text, .. } in transport_scenes::all() {
-        if only.as_deref().is_some_and(|only| !only.split(',').any(|o| o == name)) {
+        if !SCENES_FOR_TECHNIQUES.contains(&name) {
             continue;
         }
-        let base = Overrides {
-            samples_per_pixel: Some(spp),
-            filter: Some(luz_render::film::Filter::unit_box()),
-            ..Overrides::default()
-        };
-        let mut over = Overrides { integrator: Some(kind.parse().unwrap()), ..base.clone() };
-        over.metropolis.estimator = estimator.map(|name| name.parse().unwrap());
-        over.metropolis.chains = Some(64);
-        over.metropolis.bootstrap_samples = Some(20000);
-        if let Some(m) = &mutations {
-            over.metropolis.mutations = Some(luz_render::integrator::metropolis::MutationProbabilities::from_array(
-                m.clone().try_into().unwrap(),
-            ));
+        let loaded = loaded(&text);
+        let has_delta_light = name == "distant_light";
+        for edges in 1..=5u32 {
+            let depth = edges - 1;
+            let together = match depth {
+                0 => Means::of(&loaded, &bdpt(0), 2, seeds(0, 20)),
+                _ => Means::of_difference(&loaded, [&bdpt(depth), &bdpt(depth - 1)], 2, seeds(0, 20)),
+            };
+            for s in 0..=edges {
+                let t = edges + 1 - s;
+                // Lights that nothing can meet are not seen, and are found by techniques that begin there.
+                if has_delta_light && (s == 0 || (s, t) == (1, 1)) {
+                    continue;
+                }
+                let one = Integrator::Bidirectional(by(BidirectionalTechniques::One { s, t }, depth));
+                let alone = Means::of(&loaded, &one, 2, seeds(1 + u64::from(s), 20));
+                family.compare_whole(&format!("{name}, all and s = {s}, t = {t}"), &together, &alone);
+            }
         }
-        let path = tiles(&load(&text, &Overrides { samples_per_pixel: Some(256), ..base }), 6);
-        let mlt = tiles(&load(&text, &over), 12);
-        let z: Vec<f64> = path
-            .iter()
-            .zip(&mlt)
-            .map(|(a, b)| {
-                let se = a.standard_error().hypot(b.standard_error());
-                if se > 0.0 { (b.mean() - a.mean()) / se } else { 0.0 }
-            })
-            .collect();
-        let mean_square = z[..48].iter().map(|z| z * z).sum::<f64>() / 48.0;
-        let worst = z.iter().fold(0.0f64, |m, z| if z.abs() > m.abs() { *z } else { m });
-        println!(
-            "{name:24} path {:.4} ± {:.4} {which} {:.4} ± {:.4} z {:5.1}  tiles mean z² {mean_square:5.2} worst {worst:5.1}",
-            path[48].mean(),
-            path[48].standard_error(),
-            mlt[48].mean(),
-            mlt[48].standard_error(),
-            z[48]
-        );
     }
+    family.assert_agrees(SIGNIFICANCE);
 }
+
+/// Within the shining ball every path of so many edges carries the same light, whatever technique makes it, and any two points
+/// have the same geometry factor: the lamp's radiance of one, halved at each scattering. What remains random is the colour that the
+/// wavelengths make of it, and, of `t = 1` or roulette, what arrives at all.
 #[test]
-#[ignore]
-fn sizes() {
-    use std::mem::size_of;
-    println!(
-        "bsdf {} vertex {} node {} surface {}",
-        size_of::<luz_render::bsdf::Bsdf>(),
-        size_of::<luz_render::transport::SceneVertex>(),
-        size_of::<luz_render::transport::Node<luz_render::transport::SceneVertex>>(),
-        size_of::<luz_render::transport::SurfaceVertex>()
-    );
+fn every_technique_is_exact_in_a_furnace() {
+    let loaded = loaded(&transport_scenes::closed_furnace());
+    let (mut family, mut broken) = (Family::default(), Family::default());
+    for edges in 1..=6u32 {
+        let depth = edges - 1;
+        let seen = Means::of(&loaded, &path(&loaded, 0), 4, seeds(20 + u64::from(edges), 10));
+        let reference = seen.scaled(0.5f64.powi(depth as i32));
+        assert!((seen.whole(1).0 - 1.0).abs() < 1e-3, "{:?}", seen.whole(1));
+        for s in 0..=edges {
+            let one = Integrator::Bidirectional(by(BidirectionalTechniques::One { s, t: edges + 1 - s }, depth));
+            let alone = Means::of(&loaded, &one, 4, seeds(1 + u64::from(s), 10));
+            family.compare(&format!("s = {s} of {edges} edges"), &reference, &alone);
+            broken.compare("2 % too bright", &reference, &alone.scaled(1.02));
+        }
+    }
+    family.assert_agrees(SIGNIFICANCE);
+    assert!(broken.contradictions(SIGNIFICANCE).len() > family.len() / 4, "the test must be able to fail");
+}
+
+/// The light of each path length by itself: differences between pictures of the same random numbers.
+#[test]
+fn integrators_agree_at_each_path_length() {
+    let mut family = Family::default();
+    for TransportScene { name, text, .. } in transport_scenes::all() {
+        if !["all_lights", "mixed_materials", "equirectangular_camera"].contains(&name) {
+            continue;
+        }
+        let loaded = loaded(&text);
+        for depth in 1..=4 {
+            let ways: [Means; 3] = std::array::from_fn(|way| {
+                let [more, less] = [depth, depth - 1].map(|depth| match way {
+                    0 => path(&loaded, depth),
+                    1 => bdpt(depth),
+                    _ => light(depth),
+                });
+                Means::of_difference(&loaded, [&more, &less], 2, seeds(way as u64, 20))
+            });
+            family.compare(&format!("{name}, depth {depth}, bdpt"), &ways[0], &ways[1]);
+            family.compare_whole(&format!("{name}, depth {depth}, light"), &ways[0], &ways[2]);
+        }
+    }
+    family.assert_agrees(SIGNIFICANCE);
 }

@@ -1,9 +1,13 @@
 //! Surfaces that emit.
+//!
+//! Of a surface with an alpha texture, only the share `α` of the rays that reach a point meets it, and by that share its light
+//! counts. So densities of points that are drawn, in area or in solid angle, are meant with respect to `α dA` and `α dω`: they are
+//! those of evenly spread area divided by `α`. Whoever divides by them or compares them with densities of rays need not know of `α`.
 
 use super::parametric::parametric_at;
 use super::screen::image_coordinates;
 use super::{Departure, EmittingPoint, LightBounds, LightContext, LightSample, ScaledSpectrum, Target};
-use crate::texture::SpectrumImage;
+use crate::texture::{FloatTextureId, SpectrumImage, SurfaceContext};
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{
@@ -79,9 +83,22 @@ pub struct AreaLight {
     pub scale: f32,
     /// Mean over the light's area of the emission's image; 1 without.
     pub brightness: f32,
+    /// Coverage, where it is not complete.
+    pub alpha: Option<FloatTextureId>,
+    /// True where no ray meets the surface although it shines: as in pbrt-v4, of shapes with a constant `alpha` of zero.
+    pub is_unseen: bool,
 }
 
 impl AreaLight {
+    /// A density with respect to the share of rays that meet a point; zero where none does.
+    #[inline]
+    pub(super) fn among_met(&self, context: LightContext<'_>, density: f32, position: Vec3, uv: Vec2) -> f32 {
+        let Some(alpha) = self.alpha else { return density };
+        let at = SurfaceContext { position, uv, ..Default::default() };
+        let alpha = context.textures.float(alpha, &at);
+        if alpha > 0.0 { density / alpha.min(1.0) } else { 0.0 }
+    }
+
     /// Draws a point of the light as seen from `reference`.
     #[inline]
     pub fn sample(
@@ -96,7 +113,8 @@ impl AreaLight {
         }
         let point = context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
         let direction = (point.position - reference.position).normalize();
-        if point.pdf <= 0.0 || !direction.is_finite() {
+        let pdf = self.among_met(context, point.pdf, point.position, point.uv);
+        if pdf <= 0.0 || !direction.is_finite() {
             return None;
         }
         let radiance = context.radiance(self, point.normal, point.uv, -direction, wavelengths);
@@ -104,8 +122,8 @@ impl AreaLight {
             radiance,
             direction,
             target: Target::Surface { position: point.position, error: point.position_error, normal: point.normal },
-            pdf: point.pdf,
-            is_delta: false,
+            pdf,
+            is_delta: self.is_unseen,
         })
     }
 
@@ -113,30 +131,34 @@ impl AreaLight {
     /// a ray has hit.
     #[inline]
     pub fn pdf(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
-        if self.is_drawn_by_image(context) {
-            return self.pdf_by_image(context, reference, hit);
-        }
-        context.accelerator.pdf_solid_angle(reference, hit)
+        let density = match self.is_drawn_by_image(context) {
+            true => self.pdf_by_image(context, reference, hit),
+            false => context.accelerator.pdf_solid_angle(reference, hit),
+        };
+        self.among_met(context, density, hit.position, hit.uv)
     }
 
     /// Draws a point where a path begins, by the image where points are drawn by it and otherwise evenly, with its density
     /// in area.
     pub fn sample_point(&self, context: LightContext<'_>, u: Vec2) -> Option<(EmittingPoint, f32)> {
-        if self.is_drawn_by_image(context) {
-            return self.sample_image_point(context, None, u);
-        }
-        let AreaSample { position, position_error: error, normal, uv, pdf_area } =
-            context.accelerator.sample_area(ShapeId(self.shape), self.primitive, u)?;
-        let parametric = self.parametric(context, position, uv);
-        Some((EmittingPoint { position, error, normal, uv, parametric }, pdf_area))
+        let (point, density) = if self.is_drawn_by_image(context) {
+            self.sample_image_point(context, None, u)?
+        } else {
+            let AreaSample { position, position_error: error, normal, uv, pdf_area } =
+                context.accelerator.sample_area(ShapeId(self.shape), self.primitive, u)?;
+            let parametric = self.parametric(context, position, uv);
+            (EmittingPoint { position, error, normal, uv, parametric }, pdf_area)
+        };
+        Some((point, self.among_met(context, density, point.position, point.uv)))
     }
 
     /// The density of [`sample_point`](Self::sample_point), in area.
     pub fn point_pdf(&self, context: LightContext<'_>, point: &EmittingPoint) -> f32 {
-        if self.is_drawn_by_image(context) {
-            return self.image_point_pdf(context, None, point);
-        }
-        context.accelerator.pdf_area(&self.surface_point(point))
+        let density = match self.is_drawn_by_image(context) {
+            true => self.image_point_pdf(context, None, point),
+            false => context.accelerator.pdf_area(&self.surface_point(point)),
+        };
+        self.among_met(context, density, point.position, point.uv)
     }
 
     /// Draws a point as [`sample`](Self::sample) does, with its density in area.
@@ -146,24 +168,27 @@ impl AreaLight {
         reference: &Reference,
         u: Vec2,
     ) -> Option<(EmittingPoint, f32)> {
-        if self.is_drawn_by_image(context) {
-            return self.sample_image_point(context, Some(reference), u);
-        }
-        let SolidAngleSample { position, position_error: error, normal, uv, pdf } =
-            context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
-        let parametric = self.parametric(context, position, uv);
-        let point = EmittingPoint { position, error, normal, uv, parametric };
-        let density = point.area_density(pdf, reference.position);
-        Some((point, density))
+        let (point, density) = if self.is_drawn_by_image(context) {
+            self.sample_image_point(context, Some(reference), u)?
+        } else {
+            let SolidAngleSample { position, position_error: error, normal, uv, pdf } =
+                context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
+            let parametric = self.parametric(context, position, uv);
+            let point = EmittingPoint { position, error, normal, uv, parametric };
+            (point, point.area_density(pdf, reference.position))
+        };
+        Some((point, self.among_met(context, density, point.position, point.uv)))
     }
 
     /// The density of [`sample_point_from`](Self::sample_point_from), in area.
     pub fn point_pdf_from(&self, context: LightContext<'_>, reference: &Reference, point: &EmittingPoint) -> f32 {
-        if self.is_drawn_by_image(context) {
-            return self.image_point_pdf(context, Some(reference), point);
-        }
-        let pdf = context.accelerator.pdf_solid_angle(reference, &self.surface_point(point));
-        point.area_density(pdf, reference.position)
+        let density = if self.is_drawn_by_image(context) {
+            self.image_point_pdf(context, Some(reference), point)
+        } else {
+            let pdf = context.accelerator.pdf_solid_angle(reference, &self.surface_point(point));
+            point.area_density(pdf, reference.position)
+        };
+        self.among_met(context, density, point.position, point.uv)
     }
 
     /// Draws a ray that leaves a point of the light, by the cosine; of a light of two sides from either.

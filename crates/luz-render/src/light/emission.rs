@@ -13,11 +13,12 @@ use luz_sample::warp;
 use std::f32::consts::PI;
 
 impl Light {
-    /// True if only a single point or direction of it emits, which no ray meets by chance.
+    /// True if no ray meets it by chance: only a single point or direction of it emits, or its surface lets all rays pass.
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Point(_) | Self::Spot(_) | Self::Goniometric(_) | Self::Projection(_) | Self::Distant(_) => true,
-            Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_) | Self::Area(_) => false,
+            Self::UniformInfinite(_) | Self::ImageInfinite(_) | Self::Portal(_) => false,
+            Self::Area(light) => light.is_unseen,
         }
     }
 

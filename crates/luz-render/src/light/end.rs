@@ -13,7 +13,7 @@ pub struct LightEnd {
     pub light: u32,
     /// Where on it.
     pub place: Place,
-    /// True where no path that is traced from the eye can meet it: a point, or a single direction.
+    /// True where no path that is traced from the eye can meet it: a point, a single direction, or a surface that lets all rays pass.
     pub is_delta: bool,
 }
 

@@ -32,6 +32,7 @@ pub use portal::{Portal, PortalInfiniteLight};
 pub use projection::{ProjectionLight, Throw};
 pub use selection::{LightSampler, LightSelection};
 
+use crate::texture::Textures;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
 use luz_geometry::{Accelerator, Reference};
@@ -122,6 +123,8 @@ pub struct LightContext<'a> {
     pub accelerator: &'a Accelerator,
     /// The emissions that area lights refer to.
     pub emissions: &'a [Emission],
+    /// The textures that their coverage refers to.
+    pub textures: &'a Textures,
     /// What the path has already evaluated of them.
     pub emitted: &'a EmittedSpectrum,
     /// What drawn directions are combined with.

@@ -119,17 +119,18 @@ impl AreaLight {
         let to = point.position - reference.position;
         let direction = to.try_normalize()?;
         let pdf = solid_angle_density(density / point.area_by_uv, to, point.normal);
+        let pdf = self.among_met(context, pdf, point.position, uv);
         let radiance = context.radiance(self, point.normal, uv, -direction, wavelengths);
         (pdf > 0.0 && !radiance.is_black()).then_some(LightSample {
             radiance,
             direction,
             target: Target::Surface { position: point.position, error: point.position_error, normal: point.normal },
             pdf,
-            is_delta: false,
+            is_delta: self.is_unseen,
         })
     }
 
-    /// The density of [`sample_by_image`](Self::sample_by_image) in solid angle at a point that a ray has hit.
+    /// The density of [`sample_by_image`](Self::sample_by_image) in solid angle at a point that a ray has hit, its `alpha` apart.
     pub(super) fn pdf_by_image(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
         let Some(screen) = self.screen(context, Some(reference)) else { return 0.0 };
         let Some(area_by_uv) = screen.shape.area_by_uv(screen.primitive, hit.parametric) else { return 0.0 };
@@ -139,7 +140,7 @@ impl AreaLight {
 }
 
 impl AreaLight {
-    /// A point drawn by the image, for `reference` or for nobody in particular, with its density in area.
+    /// A point drawn by the image, for `reference` or for nobody in particular, with its density in area, its `alpha` apart.
     pub(super) fn sample_image_point(
         &self,
         context: LightContext<'_>,

@@ -10,7 +10,7 @@ use crate::bsdf::{
     Base, Bsdf, CoatInterface, CoatMedium, CoatWeights, CoatedDiffuse, Conductor, Dielectric, Diffuse,
     DiffuseTransmission, Layered, ThinDielectric, TrowbridgeReitz,
 };
-use crate::chance::chance_at;
+use crate::chance::{chance_at, seed_at};
 use crate::texture::{FloatTextureId, SpectrumTextureId, SurfaceContext, Textures};
 use luz_color::{SampledSpectrum, Spectrum, Wavelengths};
 
@@ -137,7 +137,7 @@ impl Coat {
             g: textures.float(self.g, context),
         };
         let interface = Dielectric::new(self.roughness.distribution(textures, context), eta);
-        let layered = Layered::new(interface, base, medium, self.max_depth, self.samples, 0);
+        let layered = Layered::new(interface, base, medium, self.max_depth, self.samples, seed_at(context.position));
         Bsdf::Layered(layered.with_weights(self.weights))
     }
 }

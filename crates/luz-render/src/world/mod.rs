@@ -113,7 +113,13 @@ impl World {
     pub fn light_context<'a>(&'a self, emitted: &'a EmittedSpectrum, combination: Combination) -> LightContext<'a> {
         // Without compensation lights draw as if they were alone.
         let combination = if self.mis_compensation { combination } else { Combination::Alone };
-        LightContext { accelerator: &self.accelerator, emissions: &self.emissions, emitted, combination }
+        LightContext {
+            accelerator: &self.accelerator,
+            emissions: &self.emissions,
+            textures: &self.textures,
+            emitted,
+            combination,
+        }
     }
 
     /// The area light with this number.

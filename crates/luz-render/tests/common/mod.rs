@@ -2,6 +2,7 @@
 
 #![allow(dead_code)]
 
+pub mod agreement;
 pub mod transport_scenes;
 pub mod ways;
 

@@ -30,6 +30,7 @@ pub fn all() -> Vec<TransportScene> {
         scene("area_light_shapes", area_light_shapes(), false),
         scene("many_lights", many_lights(), false),
         scene("textured_area_light", textured_area_light(), false),
+        scene("covered_lights", covered_lights(), false),
         scene("point_light", point_light(), false),
         scene("spot_light", spot_light(), false),
         scene("distant_light", distant_light(), false),
@@ -155,6 +156,22 @@ pub fn textured_area_light() -> String {
         Shape "bilinearmesh" "point3 P" [-0.8 1.2 0.9  0.8 1.2 0.9  -0.8 1.9 0.7  0.8 1.9 0.7] AttributeEnd"#
     );
     room(WIDE_VIEW, 4, &lights, &ball(""))
+}
+
+/// Lamps with holes, of which only some rays meet what is there, and one that no ray meets although it shines.
+pub fn covered_lights() -> String {
+    let file = file("screen.pfm");
+    let lights = format!(
+        r#"
+        Texture "holes" "float" "checkerboard" "float uscale" 4 "float vscale" 4 "float tex1" 0.2 "float tex2" 0.9
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7]
+        Shape "bilinearmesh" "point3 P" [-0.5 1.98 -0.5  0.5 1.98 -0.5  -0.5 1.98 0.5  0.5 1.98 0.5] "texture alpha" "holes" AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "string filename" "{file}" "bool twosided" true
+        Shape "bilinearmesh" "point3 P" [-0.9 0.6 0.9  -0.2 0.6 1.1  -0.9 1.3 0.9  -0.2 1.3 1.1] "float alpha" 0.3 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [2 6 3] Translate 0.8 1.2 -0.4
+        Shape "sphere" "float radius" 0.2 "float alpha" 0 AttributeEnd"#
+    );
+    room(WIDE_VIEW, 5, &lights, &ball(""))
 }
 
 /// A point light.

@@ -307,6 +307,8 @@ impl Builder {
             let emission = &self.emissions[emitter.emission as usize];
             let power = lights::PowerFactor::new(context, entity, emission);
             let shape = accelerator.shape(ShapeId(emitter.shape));
+            let alpha = self.shapes[emitter.shape as usize].alpha;
+            let is_unseen = alpha.is_some_and(|id| self.textures.textures.constant_float(id).is_some_and(|a| a <= 0.0));
             for primitive in 0..emitter.primitives {
                 // What was skipped has none, and is not to be looked at.
                 let area = accelerator.shape_area(ShapeId(emitter.shape), primitive);
@@ -317,6 +319,8 @@ impl Builder {
                     emission: emitter.emission,
                     scale: power.of(emission, shape, index, area),
                     brightness: if area > 0.0 { emission.brightness_over(shape, index) } else { 0.0 },
+                    alpha: alpha.filter(|_| !is_unseen),
+                    is_unseen,
                 }));
             }
         }
@@ -338,6 +342,7 @@ impl Builder {
         let light_context = LightContext {
             accelerator: &accelerator,
             emissions: &self.emissions,
+            textures: &self.textures.textures,
             emitted: &emitted,
             combination: Combination::Alone,
         };
