@@ -101,9 +101,10 @@ fn look() {
 /// Means over 4 × 4 tiles of the picture, per channel, of independent renders.
 fn tiles(loaded: &Loaded, seeds: u64) -> Vec<Running> {
     let mut tiles = vec![Running::default(); 49];
-    for seed in 0..seeds {
+    let first: u64 = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(10);
+    for seed in first..first + seeds {
         let mut settings = loaded.settings.clone();
-        settings.seed = seed + 10;
+        settings.seed = seed;
         let mut renderer = luz_render::Renderer::new(&loaded.world, &loaded.camera, &settings);
         renderer.finish();
         let film = renderer.film();
