@@ -34,6 +34,10 @@ pub struct SceneSpace<'w> {
 
 /// A vertex of a path through a scene.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all vertices are on surfaces, and are to be made without allocating"
+)]
 pub enum SceneVertex<'w> {
     /// On the lens, or, of an orthographic camera, infinitely far behind it; with the numbers that name the point of the lens.
     Camera(CameraEnd, Vec2),

@@ -3,7 +3,7 @@
 use super::{load, overrides};
 use luz_render::film::FilmKind;
 use luz_render::integrator::IntegratorKind;
-use luz_render::integrator::metropolis::DirectLight;
+use luz_render::integrator::metropolis::{DirectLight, PrimaryEstimator};
 use luz_render::world::Loaded;
 use luz_render::{MetropolisOverrides, Overrides};
 use luz_sample::mis::Heuristic;
@@ -30,13 +30,19 @@ pub const SCENE: &str = r#"
     "#;
 
 /// Ways to render that remember something from sample to sample.
-pub fn ways() -> [(&'static str, Overrides); 7] {
+pub fn ways() -> [(&'static str, Overrides); 11] {
     let plain = Overrides { filter: None, ..overrides([33, 17], 12) };
     let longer = Overrides { samples_per_pixel: Some(48), ..plain.clone() };
     let primary =
         Overrides { integrator: Some(IntegratorKind::PrimarySpace), film: Some(FilmKind::Rgb), ..plain.clone() };
     // Three rounds of preparation, and six.
-    let chains = MetropolisOverrides { chains: Some(50), bootstrap_samples: Some(2500), ..Default::default() };
+    let chains = MetropolisOverrides {
+        chains: Some(50),
+        bootstrap_samples: Some(2500),
+        direct_light: Some(DirectLight::Inside),
+        ..Default::default()
+    };
+    let both_ways = MetropolisOverrides { estimator: Some(PrimaryEstimator::Bidirectional), ..chains };
     let apart = MetropolisOverrides { direct_light: Some(DirectLight::Separate), two_stage: true, ..chains };
     [
         ("plain", plain),
@@ -44,11 +50,18 @@ pub fn ways() -> [(&'static str, Overrides); 7] {
         ("roulette by efficiency", Overrides { roulette: Some(Roulette::Efficiency), ..longer.clone() }),
         ("adaptive", Overrides { adaptive: Some(0.2), ..longer }),
         ("primary-space chains", Overrides { metropolis: chains, ..primary.clone() }),
-        ("two-stage chains, direct light apart", Overrides { metropolis: apart, ..primary.clone() }),
+        ("chains over both walks", Overrides { metropolis: both_ways, ..primary.clone() }),
         (
             "multiplexed chains",
-            Overrides { integrator: Some(IntegratorKind::Multiplexed), metropolis: chains, ..primary },
+            Overrides { metropolis: chains, integrator: Some(IntegratorKind::Multiplexed), ..primary.clone() },
         ),
+        (
+            "chains of paths",
+            Overrides { metropolis: chains, integrator: Some(IntegratorKind::PathSpace), ..primary.clone() },
+        ),
+        ("both walks", Overrides { integrator: Some(IntegratorKind::Bidirectional), ..primary.clone() }),
+        ("light tracing", Overrides { integrator: Some(IntegratorKind::Light), ..primary.clone() }),
+        ("two-stage chains, direct light apart", Overrides { metropolis: apart, ..primary }),
     ]
 }
 
