@@ -273,7 +273,7 @@ proptest! {
     /// Bytes anywhere in the data, in what has been learned above all, are survived: refused, or taken for values.
     #[test]
     fn data_that_lie_are_survived(
-        way in 0..7_usize,
+        way in 0..11_usize,
         from_end in any::<bool>(),
         place in 0..4096_usize,
         bytes in prop::collection::vec(any::<u8>(), 1..24),
