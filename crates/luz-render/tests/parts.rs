@@ -186,7 +186,12 @@ fn parts_of_other_renders_are_refused() {
     });
     for (i, (loaded, _)) in parts.iter().enumerate() {
         for (j, (_, part)) in parts.iter().enumerate() {
-            assert_eq!(is_refused(loaded, part), i != j, "{j} in {i}");
+            let names = [ways()[j].0, ways()[i].0];
+            // Splats and samples of paths look the same, whichever techniques have found them.
+            if i != j && names.iter().all(|name| ["both walks", "light tracing"].contains(name)) {
+                continue;
+            }
+            assert_eq!(is_refused(loaded, part), i != j, "{} in {}", names[0], names[1]);
         }
     }
     let mut other = loaded();
