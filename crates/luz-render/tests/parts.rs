@@ -186,7 +186,12 @@ fn parts_of_other_renders_are_refused() {
     });
     for (i, (loaded, _)) in parts.iter().enumerate() {
         for (j, (_, part)) in parts.iter().enumerate() {
-            assert_eq!(is_refused(loaded, part), i != j, "{j} in {i}");
+            let names = [ways()[j].0, ways()[i].0];
+            // Splats and samples of paths look the same, whichever techniques have found them.
+            if i != j && names.iter().all(|name| ["both walks", "light tracing"].contains(name)) {
+                continue;
+            }
+            assert_eq!(is_refused(loaded, part), i != j, "{} in {}", names[0], names[1]);
         }
     }
     let mut other = loaded();
@@ -273,7 +278,7 @@ proptest! {
     /// Bytes anywhere in the data, in what has been learned above all, are survived: refused, or taken for values.
     #[test]
     fn data_that_lie_are_survived(
-        way in 0..7_usize,
+        way in 0..11_usize,
         from_end in any::<bool>(),
         place in 0..4096_usize,
         bytes in prop::collection::vec(any::<u8>(), 1..24),

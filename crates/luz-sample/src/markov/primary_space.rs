@@ -4,7 +4,7 @@
 //! Algorithm".
 
 use glam::Vec2;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::Samples;
 use crate::random::{Random, unit_f32};
@@ -21,11 +21,31 @@ const DIMENSIONS: u32 = 1 << 20;
 ///
 /// Coordinates are in *streams*, which an estimator may use for parts that should keep their numbers whatever other parts
 /// draw, as for subpaths from either end.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PrimarySample {
-    /// By stream and dimension, as 32-bit fractions.
+    /// By stream and dimension, as 32-bit fractions. There may be empty ones at the end, whose memory is to be used again.
+    #[serde(serialize_with = "serialize_used")]
     streams: Vec<Vec<Option<u32>>>,
 }
+
+/// The streams without the empty ones at the end.
+fn used(streams: &[Vec<Option<u32>>]) -> &[Vec<Option<u32>>] {
+    let count = streams.iter().rposition(|stream| !stream.is_empty()).map_or(0, |last| last + 1);
+    &streams[..count]
+}
+
+/// The same point has the same bytes, whatever the memory was used for before.
+fn serialize_used<S: Serializer>(streams: &[Vec<Option<u32>>], serializer: S) -> Result<S::Ok, S::Error> {
+    used(streams).serialize(serializer)
+}
+
+impl PartialEq for PrimarySample {
+    fn eq(&self, other: &Self) -> bool {
+        used(&self.streams) == used(&other.streams)
+    }
+}
+
+impl Eq for PrimarySample {}
 
 impl PrimarySample {
     /// A point of which no coordinate is known.

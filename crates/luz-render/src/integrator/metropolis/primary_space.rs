@@ -65,6 +65,10 @@ impl<'a> PrimarySpace<'a> {
         Self { world, camera, settings, options, path, window: settings.film_window() }
     }
 
+    fn is_bidirectional(&self) -> bool {
+        self.options.estimator == PrimaryEstimator::Bidirectional
+    }
+
     /// What the estimator makes of a point of primary sample space.
     fn evaluate(
         &self,
@@ -250,11 +254,13 @@ impl<'a> ChainProcess for PrimarySpace<'a> {
 
     fn save(&self, chain: &Chain<PrimaryState>, out: &mut Vec<u8>) {
         // Numbers, and lists of them, always have such a form.
-        out.extend(postcard::to_allocvec(chain).unwrap_or_default());
+        out.extend(postcard::to_allocvec(&(self.is_bidirectional(), chain)).unwrap_or_default());
     }
 
     fn restore(&self, bytes: &[u8]) -> Option<Chain<PrimaryState>> {
-        let (chain, rest) = postcard::take_from_bytes::<Chain<PrimaryState>>(bytes).ok()?;
-        rest.is_empty().then_some(chain)
+        type Saved = (bool, Chain<PrimaryState>);
+        let ((is_bidirectional, chain), rest) = postcard::take_from_bytes::<Saved>(bytes).ok()?;
+        // Points of the other estimator's space look the same, and mean something else.
+        (rest.is_empty() && is_bidirectional == self.is_bidirectional()).then_some(chain)
     }
 }
