@@ -233,6 +233,7 @@ fn a_billion_mutations_are_all_numbers() {
         let (report, pixels) = rendered(&text, [20, 20], rounds);
         println!("{report:#?}");
         assert_eq!((report.invalid_candidates, report.lost_chains), (0, 0));
+        assert!(report.kinds.iter().all(|(_, kind)| kind.acceptance.count(luz_sample::markov::Outcome::Invalid) == 0));
         assert!(report.mutations as f64 >= wanted / scenes.len() as f64);
         assert!(pixels.iter().flatten().all(|v| v.is_finite()));
     }
