@@ -71,8 +71,9 @@ fn assert_each_mutation_agrees(scenes: &[&str], rounds: u32, count: u64) {
         let reference = reference(&loaded);
         for (kind, kind_name) in MutationProbabilities::NAMES.into_iter().enumerate() {
             let mut probabilities = [0.0; MutationProbabilities::NAMES.len()];
-            probabilities[0] = 0.5;
-            probabilities[kind] = 0.5;
+            // As little of the other as lets chains reach everything: it would hide what this one does wrong.
+            probabilities[0] = 0.1;
+            probabilities[kind] = 0.9;
             let mutations = MutationProbabilities::from_array(probabilities);
             let settings = PathSpaceIntegrator { mutations, ..mlt(loaded.settings.integrator.max_depth()) };
             let chains = chains(&loaded, settings, rounds, seeds(1 + kind as u64, count));
@@ -84,7 +85,7 @@ fn assert_each_mutation_agrees(scenes: &[&str], rounds: u32, count: u64) {
 
 #[test]
 fn each_mutation_agrees_with_path_tracing() {
-    assert_each_mutation_agrees(&["all_lights", "specular", "bumpy_glass", "thin_lens"], 32, 14);
+    assert_each_mutation_agrees(&["specular", "bumpy_glass", "thin_lens"], 64, 14);
 }
 
 /// Minutes: `cargo test --release -p luz-render --test path_space -- --ignored each_mutation`.
@@ -233,6 +234,7 @@ fn a_billion_mutations_are_all_numbers() {
         let (report, pixels) = rendered(&text, [20, 20], rounds);
         println!("{report:#?}");
         assert_eq!((report.invalid_candidates, report.lost_chains), (0, 0));
+        assert!(report.kinds.iter().all(|(_, kind)| kind.acceptance.count(luz_sample::markov::Outcome::Invalid) == 0));
         assert!(report.mutations as f64 >= wanted / scenes.len() as f64);
         assert!(pixels.iter().flatten().all(|v| v.is_finite()));
     }
