@@ -1,4 +1,7 @@
 //! Bidirectional path tracing and light tracing against path tracing, and each technique against all together.
+//!
+//! What these tests see, by trial: emission too strong by 2 %, one technique's density counted twice in the others' weights, and
+//! shading normals without the ratio of cosines by which the BSDF's value is to be changed.
 
 mod common;
 
