@@ -74,7 +74,8 @@ impl BidirectionalIntegrator {
     #[inline]
     pub(crate) fn uses(&self, s: usize, t: usize) -> bool {
         match self.techniques {
-            BidirectionalTechniques::All => true,
+            // The light in front of the camera is seen without any noise.
+            BidirectionalTechniques::All => (s, t) != (1, 1),
             BidirectionalTechniques::Light => t == 1,
             BidirectionalTechniques::One { s: only_s, t: only_t } => (s, t) == (only_s as usize, only_t as usize),
         }

@@ -30,8 +30,8 @@ impl Techniques<'_> {
         let n = self.vertices.len();
         match s {
             0 => self.can_hit_light,
-            // A light in front of the eye: one that cannot be hit is on no pixel.
-            1 if n == 2 => self.can_hit_light,
+            // The light in front of the eye is seen without any noise. (Of points that cannot be hit, nothing is seen.)
+            1 if n == 2 => false,
             _ if s < n => self.vertices[s - 1].is_connectable && self.vertices[s].is_connectable,
             // The eye cannot be hit: lenses are too small for it to pay.
             _ => false,
