@@ -20,9 +20,10 @@ use luz_render::{MetropolisOverrides, Overrides, Renderer};
 /// How often one of these tests, of another seed, would fail though nothing is wrong. Their seeds are fixed.
 const SIGNIFICANCE: f64 = 1e-3;
 
-/// Few chains and candidates, so that many seeds are quick.
+/// Few chains and candidates, so that many seeds are quick; and nothing is left to others.
 fn mlt(max_depth: u32) -> PathSpaceIntegrator {
-    let metropolis = Metropolis { chains: 32, bootstrap_samples: 2048, ..Metropolis::default() };
+    let direct_light = DirectLight::Inside;
+    let metropolis = Metropolis { chains: 32, bootstrap_samples: 2048, direct_light, ..Metropolis::default() };
     PathSpaceIntegrator {
         max_depth,
         metropolis,
@@ -67,6 +68,27 @@ fn all_mutations_together_agree_with_path_tracing_on_all_scenes() {
     assert!(!broken.contradictions(SIGNIFICANCE).is_empty(), "the test must be able to fail");
 }
 
+/// What paths of each length give: the difference between pictures of longer and of shorter ones.
+#[test]
+fn chains_agree_with_path_tracing_at_each_path_length() {
+    let mut family = Family::default();
+    for name in ["all_lights", "specular"] {
+        let loaded = scene(name);
+        for depth in 1..=4 {
+            let path = |max_depth| {
+                let mut integrator = loaded.settings.integrator.clone();
+                integrator.path_mut().expect("the scenes say `path`").max_depth = max_depth;
+                integrator
+            };
+            let mlt = |max_depth| Integrator::PathSpace(mlt(max_depth));
+            let paths = Means::of_difference(&loaded, [&path(depth), &path(depth - 1)], 6, seeds(0, 16));
+            let chains = Means::of_difference(&loaded, [&mlt(depth), &mlt(depth - 1)], 32, seeds(1, 16));
+            family.compare(&format!("{name}, depth {depth}"), &paths, &chains);
+        }
+    }
+    family.assert_agrees(SIGNIFICANCE);
+}
+
 /// Each mutation together with the bidirectional one, which alone would do; and that one alone.
 fn assert_each_mutation_agrees(scenes: &[&str], rounds: u32, count: u64) {
     let mut family = Family::default();
@@ -103,7 +125,7 @@ fn each_mutation_agrees_with_path_tracing_on_all_scenes() {
 #[test]
 fn direct_light_and_stages_change_nothing_in_the_mean() {
     let mut family = Family::default();
-    for name in ["textured_area_light", "coats"] {
+    for name in ["textured_area_light", "coats", "thin_glass_and_leaf"] {
         let loaded = scene(name);
         let reference = reference(&loaded);
         let settings = mlt(loaded.settings.integrator.max_depth());

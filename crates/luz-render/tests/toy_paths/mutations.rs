@@ -29,7 +29,7 @@ pub fn all(most: usize) -> [Kind; 6] {
     [
         Kind::Bidirectional(bidirectional),
         Kind::Renewal(bidirectional),
-        Kind::LensSubpath(LensSubpath { most }),
+        Kind::LensSubpath(LensSubpath { fewest: 2, most }),
         Kind::Lens(LensPerturbation { film: range(1.0) }),
         Kind::MultiChain(MultiChainPerturbation { film: range(1.0), turn: range(2.0) }),
         Kind::Caustic(CausticPerturbation { pixels: range(1.0) }),

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 pub struct Checkpoint {
     /// Rounds of samples: samples per pixel, where sampling is not adaptive.
     pub rounds: u32,
-    /// Samples per pixel, on average.
+    /// Samples, or mutations, per pixel, on average.
     pub samples: f64,
     /// Wall-clock seconds of rendering.
     pub seconds: f64,

@@ -107,12 +107,13 @@ impl<'a> Job<'a> {
         let errors = Errors::of(self.renderer.film(), reference);
         let cost = self.renderer.cost();
         let pixels = self.renderer.film().bounds().area().max(1) as f64;
-        self.checkpoints.push(Checkpoint {
-            rounds: self.rounds,
-            samples: cost.paths as f64 / pixels,
-            seconds: cost.seconds,
-            errors,
-        });
+        // What chains begin from are paths, too, but no samples of pixels.
+        let samples = if self.renderer.has_chains() {
+            f64::from(self.renderer.samples_done())
+        } else {
+            cost.paths as f64 / pixels
+        };
+        self.checkpoints.push(Checkpoint { rounds: self.rounds, samples, seconds: cost.seconds, errors });
         self.measuring += start.elapsed().as_secs_f64();
     }
 }

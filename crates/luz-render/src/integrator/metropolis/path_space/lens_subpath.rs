@@ -11,7 +11,9 @@ use luz_sample::Samples;
 /// See the [module](self).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensSubpath {
-    /// The most vertices that paths have.
+    /// The fewest vertices that paths have.
+    pub fewest: usize,
+    /// The most.
     pub most: usize,
 }
 
@@ -49,6 +51,10 @@ impl LensSubpath {
                 break;
             }
         }
+        // Shorter paths may be left to others, who find direct light.
+        if light + walk.len() < self.fewest {
+            return None;
+        }
         y.clear();
         y.extend_from(&x.nodes()[..light]);
         y.set_bounce(light - 1, Bounce::Spread);
@@ -73,7 +79,7 @@ impl<P: PathSpace> Mutation<P> for LensSubpath {
 
     fn ln_density(&self, space: &P, x: &Path<P::Vertex>, y: &Path<P::Vertex>, kept: Kept) -> f64 {
         let applies = |path: &Path<P::Vertex>| kept_vertices(space, path) == Some(kept.light) && kept.eye == 0;
-        if !applies(x) || !applies(y) {
+        if !applies(x) || !applies(y) || !(self.fewest..=self.most).contains(&y.len()) {
             return f64::NEG_INFINITY;
         }
         let Some(eye) = y.nodes().last() else { return f64::NEG_INFINITY };

@@ -153,7 +153,7 @@ impl<'a> PathSpaceMetropolis<'a> {
             fewest_vertices: fewest,
             probabilities: options.mutations.as_array().map(|p| p / total),
             bidirectional: Bidirectional { fewest, most },
-            lens_subpath: LensSubpath { most },
+            lens_subpath: LensSubpath { fewest, most },
             lens: LensPerturbation { film },
             caustic: CausticPerturbation { pixels: pixels(ranges.caustic_smallest, ranges.caustic_area) },
             multi_chain: MultiChainPerturbation {
