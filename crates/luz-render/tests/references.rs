@@ -31,6 +31,7 @@ use luz_render::Renderer;
 use luz_render::bsdf::CoatWeights;
 use luz_render::film::Film;
 use luz_render::integrator::IntegratorKind;
+use luz_render::integrator::metropolis::DirectLight;
 use luz_render::{MetropolisOverrides, Overrides};
 use luz_sample::SamplerKind;
 use luz_sample::statistics::Running;
@@ -240,6 +241,7 @@ fn means_by(kind: IntegratorKind, scene: &str, resolution: [u32; 2], samples: u3
         wishes.metropolis = MetropolisOverrides {
             chains: Some(256),
             bootstrap_samples: Some(20_000),
+            direct_light: Some(DirectLight::Inside),
             ..MetropolisOverrides::default()
         };
     } else {
@@ -316,7 +318,7 @@ fn others_on_killeroo_gold() {
 fn others_find_the_caustic_of_a_point() {
     const SCENE: &str = "caustic-glass/caustic-glass-v4.pbrt";
     let [path, bdpt, mlt] =
-        [(IntegratorKind::Path, 16), (IntegratorKind::Bidirectional, 64), (IntegratorKind::PathSpace, 64)]
+        [(IntegratorKind::Path, 16), (IntegratorKind::Bidirectional, 64), (IntegratorKind::PathSpace, 512)]
             .map(|(kind, samples)| means_by(kind, SCENE, [70, 100], samples));
     assert_means_agree("caustic-glass, bdpt and mlt", &bdpt, &mlt, 1.05);
     let green = bdpt.len() - 2;

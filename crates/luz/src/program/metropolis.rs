@@ -22,8 +22,8 @@ pub struct MetropolisArguments {
     /// take 48 bytes per pixel each [default: 16]
     #[arg(long, value_name = "N")]
     pub batches: Option<u32>,
-    /// Who finds direct light: separate (a path tracer, one sample for four mutations), or inside (the chains)
-    /// [default: separate]
+    /// Who finds direct light: inside (the chains), or separate (a path tracer, one sample for four mutations)
+    /// [default: inside]
     #[arg(long, value_name = "inside|separate")]
     pub direct_light: Option<DirectLight>,
     /// Look more often where a coarse first image is dark, so that relative errors are alike everywhere

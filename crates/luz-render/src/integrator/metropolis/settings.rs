@@ -37,7 +37,7 @@ impl Default for Metropolis {
             chains: 1024,
             bootstrap_samples: 100_000,
             batches: Self::FEWEST_BATCHES,
-            direct_light: DirectLight::Separate,
+            direct_light: DirectLight::Inside,
             two_stage: false,
         }
     }
@@ -47,9 +47,9 @@ impl Default for Metropolis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectLight {
     /// The chains.
+    #[default]
     Inside,
     /// A path tracer with low-discrepancy samples; the chains are of paths of at least two scatterings.
-    #[default]
     Separate,
 }
 

@@ -2,9 +2,7 @@
 
 use super::Context;
 use crate::film::FilmKind;
-use crate::integrator::metropolis::{
-    DirectLight, Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator,
-};
+use crate::integrator::metropolis::{Metropolis, MultiplexedIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator};
 use crate::integrator::{
     BidirectionalIntegrator, BidirectionalTechniques, Integrator, IntegratorKind, PathIntegrator, Technique,
 };
@@ -256,7 +254,7 @@ fn metropolis(context: &mut Context<'_>, entity: &Entity, wishes: &MetropolisOve
         chains,
         bootstrap_samples,
         batches: batches as u32,
-        direct_light: wishes.direct_light.unwrap_or(DirectLight::Inside),
+        direct_light: wishes.direct_light.unwrap_or(default.direct_light),
         two_stage: wishes.two_stage,
     }
 }
