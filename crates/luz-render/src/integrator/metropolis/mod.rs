@@ -1,6 +1,6 @@
 //! Metropolis light transport: Markov chains over paths, or over the numbers that paths are made from.
 //!
-//! All kinds share one engine ([`render`](crate::render)), which draws candidates, starts chains, advances them, and puts the
+//! All kinds share one engine (`render`), which draws candidates, starts chains, advances them, and puts the
 //! picture together; a kind is a [`ChainProcess`].
 
 mod importance;

@@ -8,7 +8,7 @@ use super::mutation::{Attempt, Kept, Mutation, is_connected};
 use crate::transport::{Bounce, Path, PerturbationSpace, Range, Side};
 use luz_sample::Samples;
 
-/// See the [module](self).
+/// The caustic perturbation, by Veach 1997, section 11.4.3.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CausticPerturbation {
     /// How far the path moves on the film, in pixels, about.

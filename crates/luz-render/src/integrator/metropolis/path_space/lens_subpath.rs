@@ -8,7 +8,7 @@ use super::mutation::{Attempt, Kept, Mutation, is_connected};
 use crate::transport::{Bounce, Extension, Node, Path, PathSpace, Side};
 use luz_sample::Samples;
 
-/// See the [module](self).
+/// The lens subpath mutation, by Veach 1997, section 11.4.4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensSubpath {
     /// The fewest vertices that paths have.

@@ -4,7 +4,7 @@
 //! mutation is in detailed balance by itself.
 //!
 //! To add a mutation: add a file with a [`Mutation`], a probability to
-//! [`MutationProbabilities`](super::MutationProbabilities), and a variant here.
+//! [`MutationProbabilities`], and a variant here.
 
 mod bidirectional;
 mod caustic;

@@ -9,7 +9,7 @@ use super::mutation::{Attempt, Kept, Mutation};
 use crate::transport::{Path, PerturbationSpace, Range};
 use luz_sample::Samples;
 
-/// See the [module](self).
+/// The multi-chain perturbation, by Veach 1997, section 11.4.3.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiChainPerturbation {
     /// How far the path moves on the film, in pixels.
