@@ -191,7 +191,8 @@ impl Camera {
         (up(hit(spread.origin_x, spread.direction_x)), up(hit(spread.origin_y, spread.direction_y)))
     }
 
-    fn time(&self, u: f32) -> f32 {
+    /// The moment that a number in `[0, 1)` names.
+    pub(crate) fn time(&self, u: f32) -> f32 {
         self.shutter[0] + (self.shutter[1] - self.shutter[0]) * u
     }
 

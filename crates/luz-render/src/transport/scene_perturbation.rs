@@ -2,7 +2,8 @@
 
 use super::path::Node;
 use super::perturbation::{PerturbationSpace, Range};
-use super::scene::{Anchor, SceneSpace, SceneVertex, cosine, direction};
+use super::scene::SceneSpace;
+use super::scene_vertex::{Anchor, SceneVertex, cosine, direction};
 use super::space::{Side, SpecularKind};
 use crate::bsdf::TransportMode;
 use glam::{DVec3, Vec2, Vec3};
