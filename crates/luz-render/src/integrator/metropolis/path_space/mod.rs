@@ -89,6 +89,7 @@ pub struct PathChain<'a> {
 pub struct Workspace<'a> {
     proposed: State<'a>,
     recoloured: Path<SceneVertex<'a>>,
+    walks: Walks<'a>,
 }
 
 /// A chain as it is kept in files.
@@ -173,22 +174,23 @@ impl<'a> PathSpaceMetropolis<'a> {
         number: u64,
         stage: u64,
         importance: &Importance,
+        walks: &mut Walks<'a>,
         cost: &mut RenderCost,
         mut visit: impl FnMut(Found<'_, 'a>, Vec2, f64),
     ) -> Conditions {
-        let Measure { world, camera, window, .. } = self.measure;
+        let Measure { world, camera, window, sensor } = self.measure;
         let mut random = Random::new(hash(self.seed, CANDIDATE_STREAM, stage, 0), number, 0);
         let conditions = Conditions::new(random.next_1d(), random.next_1d());
         let time_u = conditions.time_u;
         let start = CameraStart { film: window.at(random.next_2d()), lens_u: random.next_2d(), time_u };
         let space = self.measure.space(&conditions);
         let tracer = BidirectionalTracer { settings: self.tracer, world, camera, window };
-        tracer.visit(&space, &start, &mut Walks::default(), &mut Interleaved(&mut random), |found| {
+        tracer.visit(&space, &start, walks, &mut Interleaved(&mut random), |found| {
             let vertices = found.vertices();
             if let Some(film) =
                 found.film(&space, &start).filter(|&film| vertices >= self.fewest_vertices && window.contains(film))
             {
-                let rgb = self.measure.rgb(found.value, *space.wavelengths(), found.disperses());
+                let rgb = found.rgb(&space, sensor);
                 let weight = super::scalar_contribution(rgb) / importance.at(film);
                 if weight > 0.0 && weight.is_finite() {
                     visit(found, film, weight);
@@ -381,12 +383,12 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         number: u64,
         stage: u64,
         importance: &Importance,
-        _: &mut Workspace<'a>,
+        Workspace { walks, .. }: &mut Workspace<'a>,
         splat: &mut impl FnMut(Vec2, f64),
         cost: &mut RenderCost,
     ) -> f64 {
         let mut sum = 0.0;
-        self.visit_candidate(number, stage, importance, cost, |_, film, weight| {
+        self.visit_candidate(number, stage, importance, walks, cost, |_, film, weight| {
             sum += weight;
             splat(film, weight);
         });
@@ -399,13 +401,13 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         candidate: u64,
         context: ChainContext<'_>,
         _: f64,
-        _: &mut Workspace<'a>,
+        Workspace { walks, .. }: &mut Workspace<'a>,
         cost: &mut RenderCost,
     ) -> Option<PathChain<'a>> {
         let mut random = Random::new(hash(self.seed, CHOICE_STREAM, 0, 0), chain, candidate);
         let mut path: Path<SceneVertex<'a>> = Path::default();
         let mut sum = 0.0;
-        let conditions = self.visit_candidate(candidate, 0, context.importance, cost, |found, _, weight| {
+        let conditions = self.visit_candidate(candidate, 0, context.importance, walks, cost, |found, _, weight| {
             // Each path so far has been kept with a probability in proportion to its weight.
             sum += weight;
             if random.next_f64() * sum < weight {
@@ -425,7 +427,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
         PathChain { chain, lens_subpaths }: &mut PathChain<'a>,
         steps: u64,
         context: ChainContext<'_>,
-        Workspace { proposed, recoloured }: &mut Workspace<'a>,
+        Workspace { proposed, recoloured, .. }: &mut Workspace<'a>,
         splat: &mut impl FnMut(Vec2, [f32; 3], f64),
         statistics: &mut MutationStatistics,
         cost: &mut RenderCost,

@@ -7,7 +7,7 @@ use crate::light::{EmittingPoint, LightEnd, Place};
 use crate::transport::{Bounce, Path, SceneSpace, SceneVertex, SpecularKind};
 use crate::world::World;
 use glam::{Vec2, Vec3};
-use luz_color::{SampledSpectrum, Sensor, Wavelengths};
+use luz_color::{Sensor, Wavelengths};
 use luz_sample::markov::Log;
 use serde::{Deserialize, Serialize};
 
@@ -71,14 +71,6 @@ impl<'a> Measure<'a> {
         SceneSpace::new(self.world, self.camera, self.window, conditions.wavelengths, conditions.time_u)
     }
 
-    /// The colour of light of a path, given whether it scatters each wavelength elsewhere.
-    pub fn rgb(&self, value: SampledSpectrum, mut wavelengths: Wavelengths, disperses: bool) -> [f32; 3] {
-        if disperses {
-            wavelengths.terminate_secondary();
-        }
-        self.sensor.to_output_rgb(value, &wavelengths)
-    }
-
     /// Looks at a state's path: the logarithm of the target density. Sets where it is seen, and its colour.
     pub fn look(&self, space: &SceneSpace<'a>, importance: &Importance, state: &mut State<'a>) -> Log {
         const NOTHING: Log = Log(f64::NEG_INFINITY);
@@ -87,7 +79,11 @@ impl<'a> Measure<'a> {
         let Some(film) = space.film(&eye.vertex, &seen.vertex) else { return NOTHING };
         let contribution = state.path.contribution();
         let disperses = nodes.iter().any(|node| node.vertex.surface().is_some_and(|surface| surface.disperses));
-        let rgb = self.rgb(contribution.spectrum, *space.wavelengths(), disperses);
+        let mut wavelengths = *space.wavelengths();
+        if disperses {
+            wavelengths.terminate_secondary();
+        }
+        let rgb = self.sensor.to_output_rgb(contribution.spectrum, &wavelengths);
         let magnitude = scalar_contribution(rgb);
         if !(magnitude > 0.0 && magnitude.is_finite()) {
             return NOTHING;
