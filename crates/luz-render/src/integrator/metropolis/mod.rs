@@ -20,7 +20,7 @@ pub use settings::{
     DirectLight, Metropolis, MultiplexedIntegrator, MutationProbabilities, PathSpaceIntegrator, PerturbationRanges,
     PrimaryEstimator, PrimarySpaceIntegrator,
 };
-pub use statistics::{MutationRecord, MutationStatistics};
+pub use statistics::{MutationRecord, MutationStatistics, StepWatch};
 
 use crate::render::RenderCost;
 use crate::transport::SceneSpace;

@@ -1,12 +1,11 @@
 //! Chains in primary sample space, whatever is made of its points.
 
-use super::{Importance, MutationStatistics, scalar_contribution};
+use super::{Importance, MutationStatistics, StepWatch, scalar_contribution};
 use crate::render::RenderCost;
 use glam::Vec2;
 use luz_sample::markov::{Chain, Kernel, PrimarySample, PrimarySamples, Proposal, large_step_weights};
 use luz_sample::random::Random;
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// The kinds of mutations, and their places.
 pub(super) const MUTATIONS: [&str; 2] = ["large step", "small step"];
@@ -90,8 +89,7 @@ impl Steps<'_> {
     ) {
         let color = |rgb: [f32; 3]| rgb.map(|v| (f64::from(v) / self.normalization) as f32);
         for _ in 0..steps {
-            let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
-            let before = *cost;
+            let watch = StepWatch::start(chain.steps(), cost);
             let mut is_large = false;
             let step = chain.step(spare, |current, proposed, random| {
                 is_large = random.next_f64() < self.large_step_probability;
@@ -119,11 +117,7 @@ impl Steps<'_> {
                 }
             }
             let kind = if is_large { LARGE } else { SMALL };
-            let rays = cost.rays + cost.shadow_rays - before.rays - before.shadow_rays;
-            statistics.record(kind, step.outcome, step.proposed_weight, rays);
-            if let Some(begun) = begun {
-                statistics.time(kind, begun.elapsed());
-            }
+            statistics.record(kind, step.outcome, step.proposed_weight, &watch, cost);
         }
     }
 }

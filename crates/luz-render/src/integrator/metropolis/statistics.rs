@@ -1,8 +1,9 @@
 //! What became of mutations, by their kind.
 
+use crate::render::RenderCost;
 use luz_sample::markov::{Acceptance, Outcome};
 use serde::{Deserialize, Serialize};
-use std::time::Duration;
+use std::time::Instant;
 
 /// One mutation in so many is timed: clocks cost more than some mutations' bookkeeping.
 const TIMED_EVERY: u64 = 64;
@@ -27,6 +28,25 @@ impl MutationRecord {
     }
 }
 
+/// What a mutation costs, from its beginning.
+#[derive(Clone, Copy, Debug)]
+pub struct StepWatch {
+    begun: Option<Instant>,
+    rays: u64,
+}
+
+impl StepWatch {
+    /// At the beginning of a chain's step, given what it has cost so far.
+    #[inline]
+    pub fn start(step: u64, cost: &RenderCost) -> Self {
+        Self { begun: step.is_multiple_of(TIMED_EVERY).then(Instant::now), rays: rays(cost) }
+    }
+}
+
+fn rays(cost: &RenderCost) -> u64 {
+    cost.rays + cost.shadow_rays
+}
+
 /// What became of mutations, by their kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MutationStatistics {
@@ -40,26 +60,16 @@ impl MutationStatistics {
         Self { kinds: vec![MutationRecord::default(); kinds] }
     }
 
-    /// Is the mutation of this step to be timed?
+    /// A mutation of a kind was accepted with `probability`, or not, after what has been traced since the watch was started.
     #[inline]
-    pub fn is_timed(step: u64) -> bool {
-        step.is_multiple_of(TIMED_EVERY)
-    }
-
-    /// A mutation of a kind was accepted with `probability`, or not, after so many rays.
-    #[inline]
-    pub fn record(&mut self, kind: usize, outcome: Outcome, probability: f64, rays: u64) {
+    pub fn record(&mut self, kind: usize, outcome: Outcome, probability: f64, watch: &StepWatch, cost: &RenderCost) {
         if let Some(record) = self.kinds.get_mut(kind) {
             record.acceptance.record(outcome, probability);
-            record.rays += rays;
-        }
-    }
-
-    /// A mutation of a kind took so long.
-    pub fn time(&mut self, kind: usize, time: Duration) {
-        if let Some(record) = self.kinds.get_mut(kind) {
-            record.timed += 1;
-            record.seconds += time.as_secs_f64();
+            record.rays += rays(cost) - watch.rays;
+            if let Some(begun) = watch.begun {
+                record.timed += 1;
+                record.seconds += begun.elapsed().as_secs_f64();
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::film::{Filter, FilterKind, PixelBounds};
 use crate::integrator::Integrator;
+use crate::integrator::metropolis::StepWatch;
 use crate::integrator::metropolis::{DirectLight, PrimarySpaceIntegrator, scalar_contribution};
 use crate::settings::Overrides;
 use crate::world::build;
@@ -116,6 +117,7 @@ impl ChainProcess for Toy {
         cost: &mut RenderCost,
     ) {
         for _ in 0..steps {
+            let watch = StepWatch::start(chain.steps(), cost);
             cost.paths += 1;
             assert!(self.fault != Fault::Panic || chain.number() != 3 || chain.steps() != 20, "as it should");
             let step = chain.step(spare, |current, proposed, random| {
@@ -136,7 +138,7 @@ impl ChainProcess for Toy {
                     splat(film, radiance(film).map(|v| (f64::from(v) / density) as f32), weight / scale);
                 }
             }
-            statistics.record(0, step.outcome, step.proposed_weight, 0);
+            statistics.record(0, step.outcome, step.proposed_weight, &watch, cost);
         }
     }
 

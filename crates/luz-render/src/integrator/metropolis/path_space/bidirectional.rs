@@ -4,7 +4,7 @@
 //! It can replace the whole path by any other, and makes chains ergodic; most of the time it changes little. All the ways in which
 //! the new vertices could have been divided between the two walks count in `T`.
 
-use super::mutation::{Attempt, Kept, Mutation, is_connected};
+use super::mutation::{Attempt, Kept, Mutation, draw, is_connected};
 use crate::transport::{Bounce, Extension, Node, Path, PathSpace, Side};
 use luz_sample::Samples;
 
@@ -43,23 +43,6 @@ fn addition_weight(deleted: usize, added: usize) -> f64 {
         difference if difference <= LARGEST_CHANGE => 0.2 * half_to(difference),
         _ => 0.0,
     }
-}
-
-/// Draws `i` with the given relative probabilities.
-fn draw(weights: impl Iterator<Item = f64> + Clone, u: f32) -> usize {
-    let total: f64 = weights.clone().sum();
-    let mut left = f64::from(u) * total;
-    let mut last = 0;
-    for (i, weight) in weights.enumerate() {
-        if weight > 0.0 {
-            if left < weight {
-                return i;
-            }
-            last = i;
-        }
-        left -= weight;
-    }
-    last
 }
 
 /// The logarithm of a sum of numbers of which the logarithms are given.
@@ -156,7 +139,7 @@ impl Bidirectional {
         samples: &mut impl Samples,
     ) -> Attempt {
         let kept = Kept { light: 0, eye: 0 };
-        let added = draw(self.additions(kept, old_vertices), samples.next_1d());
+        let added = draw(self.additions(kept, old_vertices), f64::from(samples.next_1d()));
         match self.replace(space, &[], kept, added, y, samples) {
             Some(()) => Attempt::Proposed(kept),
             None => Attempt::Failed,
@@ -310,7 +293,7 @@ fn extend<P: PathSpace>(
 impl<P: PathSpace> Mutation<P> for Bidirectional {
     fn propose(&self, space: &P, x: &Path<P::Vertex>, y: &mut Path<P::Vertex>, samples: &mut impl Samples) -> Attempt {
         let n = x.len();
-        let deleted = draw(Self::deletions(n), samples.next_1d());
+        let deleted = draw(Self::deletions(n), f64::from(samples.next_1d()));
         let place =
             ((samples.next_1d() * Self::placements(n, deleted) as f32) as usize).min(Self::placements(n, deleted) - 1);
         let light = place + usize::from(deleted == 0);
@@ -322,7 +305,7 @@ impl<P: PathSpace> Mutation<P> for Bidirectional {
         if weights.clone().sum::<f64>() <= 0.0 {
             return Attempt::Failed;
         }
-        let added = draw(weights, samples.next_1d());
+        let added = draw(weights, f64::from(samples.next_1d()));
         match self.replace(space, x.nodes(), kept, added, y, samples) {
             Some(()) => Attempt::Proposed(kept),
             None => Attempt::Failed,

@@ -25,7 +25,8 @@ pub use mutation::{Attempt, Kept, Mutation};
 pub use state::State;
 
 use super::{
-    ChainContext, ChainProcess, Importance, MutationProbabilities, MutationStatistics, PathSpaceIntegrator, count_rays,
+    ChainContext, ChainProcess, Importance, MutationProbabilities, MutationStatistics, PathSpaceIntegrator, StepWatch,
+    count_rays,
 };
 use crate::camera::Camera;
 use crate::integrator::walks::{Found, Interleaved, Walks};
@@ -39,10 +40,10 @@ use luz_sample::markov::{Chain, Density, Log, Proposal};
 use luz_sample::mis::Heuristic;
 use luz_sample::random::{Random, hash};
 use luz_sample::{ONE_MINUS_EPSILON, Sampler, SamplerConfig, SamplerKind, Samples};
+use mutation::draw;
 use serde::{Deserialize, Serialize};
 use state::{Conditions, Measure, SavedState};
 use std::f64::consts::PI;
-use std::time::Instant;
 
 /// The streams of seeds: what candidates, chains and their places on the film draw are different numbers.
 const CANDIDATE_STREAM: u64 = 0x766c_7431;
@@ -434,20 +435,10 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
     ) {
         let number = chain.number();
         for _ in 0..steps {
-            let begun = MutationStatistics::is_timed(chain.steps()).then(Instant::now);
-            let before = *cost;
+            let watch = StepWatch::start(chain.steps(), cost);
             let mut kind = 0;
             let step = chain.step(proposed, |x, y, random| {
-                let mut left = random.next_f64();
-                // Rounding leads to the last one that has any probability.
-                kind = self.probabilities.iter().rposition(|&p| p > 0.0).unwrap_or(0);
-                for (i, &probability) in self.probabilities.iter().enumerate() {
-                    if left < probability {
-                        kind = i;
-                        break;
-                    }
-                    left -= probability;
-                }
+                kind = draw(self.probabilities.iter().copied(), random.next_f64());
                 let mut film = Vec2::ZERO;
                 if kind == LENS_SUBPATH {
                     film = self.film_point(number, *lens_subpaths);
@@ -463,11 +454,7 @@ impl<'a> ChainProcess for PathSpaceMetropolis<'a> {
                     repeated.into_iter().for_each(|film| splat(film, state.rgb, weight));
                 }
             }
-            let rays = cost.rays + cost.shadow_rays - before.rays - before.shadow_rays;
-            statistics.record(kind, step.outcome, step.proposed_weight, rays);
-            if let Some(begun) = begun {
-                statistics.time(kind, begun.elapsed());
-            }
+            statistics.record(kind, step.outcome, step.proposed_weight, &watch, cost);
         }
     }
 

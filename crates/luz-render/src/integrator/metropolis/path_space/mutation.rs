@@ -46,3 +46,20 @@ pub(super) fn is_connected<P: PathSpace>(space: &P, path: &Path<P::Vertex>, i: u
         && !b.scattering.value.is_black()
         && space.is_visible(&b.vertex, &a.vertex)
 }
+
+/// Draws a number of a list with the given relative probabilities, by `u ∈ [0, 1)`; never one whose probability is zero.
+pub(super) fn draw(weights: impl Iterator<Item = f64> + Clone, u: f64) -> usize {
+    let total: f64 = weights.clone().sum();
+    let mut left = u * total;
+    let mut last = 0;
+    for (i, weight) in weights.enumerate() {
+        if weight > 0.0 {
+            if left < weight {
+                return i;
+            }
+            last = i;
+        }
+        left -= weight;
+    }
+    last
+}
