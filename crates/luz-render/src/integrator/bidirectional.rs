@@ -71,20 +71,30 @@ impl<'w> BidirectionalTracer<'w> {
     }
 }
 
-impl PixelEstimator for BidirectionalTracer<'_> {
+/// What a [`BidirectionalTracer`] keeps from sample to sample.
+#[derive(Debug, Default)]
+pub struct BidirectionalMemory<'w> {
+    walks: Walks<'w>,
+    /// What has arrived where on the film.
+    arrived: Vec<(Vec2, SampledSpectrum)>,
+}
+
+impl<'w> PixelEstimator for BidirectionalTracer<'w> {
+    type Memory = BidirectionalMemory<'w>;
+
     fn sample(
         &self,
         start: &CameraStart,
         wavelengths: &mut Wavelengths,
         samples: &mut impl Samples,
         splats: &mut Splats<'_>,
+        BidirectionalMemory { walks, arrived }: &mut BidirectionalMemory<'w>,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
         let space = SceneSpace::new(self.world, self.camera, self.window, *wavelengths, start.time_u);
         let mut radiance = SampledSpectrum::ZERO;
-        let mut arrived: Vec<(Vec2, SampledSpectrum)> = Vec::new();
-        let mut walks = Walks::default();
-        let disperses = self.visit(&space, start, &mut walks, &mut Interleaved(samples), |found| {
+        arrived.clear();
+        let disperses = self.visit(&space, start, walks, &mut Interleaved(samples), |found| {
             if found.eye.1 > 1 {
                 radiance += found.value;
             } else if let Some(film) = found.arrival(&space) {
@@ -94,7 +104,7 @@ impl PixelEstimator for BidirectionalTracer<'_> {
         if disperses {
             wavelengths.terminate_secondary();
         }
-        for (film, value) in arrived {
+        for (film, value) in arrived.drain(..) {
             space.all_films(film).for_each(|film| splats.add(film, value, wavelengths));
         }
         let (rays, shadow_rays) = space.rays();

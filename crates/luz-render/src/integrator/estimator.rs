@@ -31,6 +31,9 @@ pub struct CameraStart {
 ///   importance in `f` being a density in px². A pixel's value is the mean over all `N` samples of the splats that the pixel
 ///   filter, normalised to 1 px², gives it. Nothing is to be divided by the number of pixels or samples.
 pub trait PixelEstimator: Sync {
+    /// What is kept from sample to sample to spare allocations. No sample may find out what another has left there.
+    type Memory: Default + Send;
+
     /// One sample. Light that arrives at other film positions than `start.film` is splatted; positions may lie outside of
     /// the frame. A value that is not finite is counted by the film as dropped; so are splats.
     fn sample(
@@ -39,6 +42,7 @@ pub trait PixelEstimator: Sync {
         wavelengths: &mut Wavelengths,
         samples: &mut impl Samples,
         splats: &mut Splats<'_>,
+        memory: &mut Self::Memory,
         cost: &mut PathCost,
     ) -> SampledSpectrum;
 }

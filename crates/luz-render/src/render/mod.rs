@@ -290,12 +290,7 @@ fn pixel_estimator<'a>(world: &'a World, camera: &'a Camera, settings: &'a Setti
         Integrator::Path(path) => Some(Estimator::Path(*path)),
         Integrator::Light(bidirectional) | Integrator::Bidirectional(bidirectional) => {
             let window = settings.film_window();
-            Some(Estimator::Splatting(Box::new(BidirectionalTracer {
-                settings: *bidirectional,
-                world,
-                camera,
-                window,
-            })))
+            Some(Estimator::splatting(BidirectionalTracer { settings: *bidirectional, world, camera, window }))
         }
         Integrator::PrimarySpace(_) | Integrator::Multiplexed(_) | Integrator::PathSpace(_) => {
             let is_separate = integrator.metropolis().is_some_and(|m| m.direct_light == DirectLight::Separate);

@@ -6,11 +6,11 @@ use super::incident::{Failure, Incident, Incidents, panic_message};
 use super::optimal::{self, OptimalDirect};
 use super::sample::{PathSampler, PixelSampler, Place, Row};
 use super::shard::Shard;
-use super::splatting::{SplattingEstimator, SplattingSampler, Spread};
+use super::splatting::{SplattingEstimator, SplattingSampler, Spread, WithMemory};
 use crate::camera::Camera;
 use crate::film::{Film, Footprint, PixelBounds};
 use crate::integrator::efficiency::{EfficiencyGuide, Findings, PixelRecord};
-use crate::integrator::{PathIntegrator, Technique};
+use crate::integrator::{PathIntegrator, PixelEstimator, Technique};
 use crate::settings::Settings;
 use crate::world::World;
 use luz_sample::mis::Heuristic;
@@ -29,7 +29,12 @@ pub(super) enum Estimator<'a> {
     Splatting(Box<dyn SplattingEstimator + 'a>),
 }
 
-impl Estimator<'_> {
+impl<'a> Estimator<'a> {
+    /// An estimator that splats.
+    pub fn splatting<E: PixelEstimator + Send + 'a>(estimator: E) -> Self {
+        Self::Splatting(Box::new(WithMemory::new(estimator)))
+    }
+
     /// The settings of a path tracer, with all that only it can do.
     fn path(&self) -> Option<&PathIntegrator> {
         if let Self::Path(path) = self { Some(path) } else { None }

@@ -7,6 +7,7 @@ use crate::settings::Settings;
 use glam::Vec2;
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_sample::{PixelSamples, Sampler, Samples};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Draws samples of pixels by an estimator that splats.
 pub(super) struct SplattingSampler<'a> {
@@ -16,7 +17,7 @@ pub(super) struct SplattingSampler<'a> {
     pub footprint: &'a Footprint,
 }
 
-/// A [`PixelEstimator`] whose type is known only when the program runs.
+/// A [`PixelEstimator`] whose type is known only when the program runs, with memory for those who sample at the same time.
 pub(super) trait SplattingEstimator: Send + Sync {
     /// [`PixelEstimator::sample`].
     fn sample(
@@ -29,7 +30,24 @@ pub(super) trait SplattingEstimator: Send + Sync {
     ) -> SampledSpectrum;
 }
 
-impl<E: PixelEstimator + Send> SplattingEstimator for E {
+/// An estimator, and the memory that no thread is using now.
+pub(super) struct WithMemory<E: PixelEstimator> {
+    estimator: E,
+    unused: Mutex<Vec<E::Memory>>,
+}
+
+impl<E: PixelEstimator> WithMemory<E> {
+    pub fn new(estimator: E) -> Self {
+        Self { estimator, unused: Mutex::default() }
+    }
+
+    fn unused(&self) -> MutexGuard<'_, Vec<E::Memory>> {
+        // What a thread has left that panicked is a list, whole as ever.
+        self.unused.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<E: PixelEstimator + Send> SplattingEstimator for WithMemory<E> {
     fn sample(
         &self,
         start: &CameraStart,
@@ -38,7 +56,10 @@ impl<E: PixelEstimator + Send> SplattingEstimator for E {
         splats: &mut Splats<'_>,
         cost: &mut PathCost,
     ) -> SampledSpectrum {
-        PixelEstimator::sample(self, start, wavelengths, samples, splats, cost)
+        let mut memory = self.unused().pop().unwrap_or_default();
+        let radiance = self.estimator.sample(start, wavelengths, samples, splats, &mut memory, cost);
+        self.unused().push(memory);
+        radiance
     }
 }
 
@@ -161,12 +182,15 @@ mod tests {
     }
 
     impl PixelEstimator for Scattered<'_> {
+        type Memory = ();
+
         fn sample(
             &self,
             start: &CameraStart,
             wavelengths: &mut Wavelengths,
             samples: &mut impl Samples,
             splats: &mut Splats<'_>,
+            _memory: &mut (),
             cost: &mut PathCost,
         ) -> SampledSpectrum {
             let mut random = Random::new(7, start.film.x.to_bits().into(), start.film.y.to_bits().into());
@@ -213,7 +237,7 @@ mod tests {
         let (estimator, splats) = match scale {
             Some(scale) => {
                 let window = settings.film_window();
-                (Estimator::Splatting(Box::new(Scattered { world, camera, path, window, scale })), SplatContents::Paths)
+                (Estimator::splatting(Scattered { world, camera, path, window, scale }), SplatContents::Paths)
             }
             None => (Estimator::Path(path), SplatContents::None),
         };

@@ -76,9 +76,7 @@ pub fn connect<P: PathSpace>(
                 }
                 (x0, light.densities[0])
             } else {
-                let x0 = space.direct(z, samples)?;
-                let direct = space.direct_density(z, &x0);
-                (x0, direct)
+                space.direct(z, samples)?
             };
             let light_throughput = SampledSpectrum::splat(1.0 / direct);
             let (joint, value) = join(space, (None, &x0, light_throughput), (z, behind, eye_throughput))?;
@@ -94,8 +92,7 @@ pub fn connect<P: PathSpace>(
             }
             let before = light.vertex(s - 2);
             let (joint, value) = join(space, (before, y, light.throughput(s - 1)), (z, behind, eye_throughput))?;
-            let (x0, x1) = (light.vertex(0)?, light.vertex(1)?);
-            let ends = (light.densities[0], space.direct_density(x1, x0), space.can_be_hit(x0));
+            let ends = (light.densities[0], light.direct_density(space)?, space.can_be_hit(light.vertex(0)?));
             let weight = weigh(space, (light, s), (eye, t), &joint, ends, heuristic, scratch);
             Some(Connection { value, weight, light: None })
         }

@@ -304,15 +304,14 @@ impl<'w> PathSpace for SceneSpace<'w> {
         }
     }
 
-    fn direct(&self, from: &SceneVertex<'w>, samples: &mut impl Samples) -> Option<SceneVertex<'w>> {
+    fn direct(&self, from: &SceneVertex<'w>, samples: &mut impl Samples) -> Option<(SceneVertex<'w>, f32)> {
         let u = samples.next_2d();
         let reference = Self::reference(from)?;
         let context = self.lights();
-        let (number, _, x) = self.world.light_selection().sample(context.combination, &reference, u.x)?;
+        let (number, probability, x) = self.world.light_selection().sample(context.combination, &reference, u.x)?;
         let light = &self.world.lights()[number];
-        light
-            .sample_end_from(number as u32, context, &reference, Vec2::new(x, u.y))
-            .map(|(end, _)| SceneVertex::Light(end))
+        let (end, pdf) = light.sample_end_from(number as u32, context, &reference, Vec2::new(x, u.y))?;
+        Some((SceneVertex::Light(end), probability * pdf))
     }
 
     fn direct_density(&self, from: &SceneVertex<'w>, light: &SceneVertex<'w>) -> f32 {

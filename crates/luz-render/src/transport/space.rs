@@ -123,8 +123,8 @@ pub trait PathSpace {
         samples: &mut impl Samples,
     ) -> Option<Extension<Self::Vertex>>;
 
-    /// Draws an `x₀` as seen from `x₁`, for next-event estimation. Draws two dimensions.
-    fn direct(&self, from: &Self::Vertex, samples: &mut impl Samples) -> Option<Self::Vertex>;
+    /// Draws an `x₀` as seen from `x₁`, for next-event estimation, with its density. Draws two dimensions.
+    fn direct(&self, from: &Self::Vertex, samples: &mut impl Samples) -> Option<(Self::Vertex, f32)>;
 
     /// The density of [`direct`](Self::direct).
     fn direct_density(&self, from: &Self::Vertex, light: &Self::Vertex) -> f32;

@@ -5,6 +5,7 @@ use super::space::{Bounce, PathSpace, Scattering, Side, scattering_along};
 use luz_color::SampledSpectrum;
 use luz_sample::Samples;
 use luz_sample::roulette::{Limits, throughput_survival};
+use std::cell::OnceCell;
 
 /// A walk from the light or from the eye, vertex by vertex, in the order in which it was made.
 #[derive(Clone, Debug)]
@@ -16,12 +17,20 @@ pub struct Subpath<V> {
     pub(super) densities: Vec<f32>,
     /// Contribution over density of all before the vertex; with roulette.
     throughputs: Vec<SampledSpectrum>,
+    /// [`direct_density`](Self::direct_density), once it has been asked for: it is the same for all connections of the walk.
+    direct_density: OnceCell<f32>,
 }
 
 impl<V: Clone> Subpath<V> {
     /// A walk of no vertices.
     pub fn new(side: Side) -> Self {
-        Self { side, nodes: Vec::new(), densities: Vec::new(), throughputs: Vec::new() }
+        Self {
+            side,
+            nodes: Vec::new(),
+            densities: Vec::new(),
+            throughputs: Vec::new(),
+            direct_density: OnceCell::new(),
+        }
     }
 
     /// How many vertices it has.
@@ -49,8 +58,15 @@ impl<V: Clone> Subpath<V> {
         self.throughputs.get(i).copied().unwrap_or(SampledSpectrum::ZERO)
     }
 
+    /// The density with which next-event estimation, from the second vertex of a walk from the light, makes the first.
+    pub(super) fn direct_density<P: PathSpace<Vertex = V>>(&self, space: &P) -> Option<f32> {
+        let (x0, x1) = (self.vertex(0)?, self.vertex(1)?);
+        Some(*self.direct_density.get_or_init(|| space.direct_density(x1, x0)))
+    }
+
     /// Forgets all vertices.
     pub fn clear(&mut self) {
+        self.direct_density.take();
         self.nodes.clear();
         self.densities.clear();
         self.throughputs.clear();
@@ -124,6 +140,7 @@ impl<V: Clone> Subpath<V> {
 
     /// Takes the last vertex away.
     pub fn pop(&mut self) {
+        self.direct_density.take();
         self.nodes.pop();
         self.densities.pop();
         self.throughputs.pop();

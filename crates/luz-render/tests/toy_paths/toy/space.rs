@@ -48,8 +48,9 @@ impl PathSpace for Toy {
         }
     }
 
-    fn direct(&self, &from: &usize, samples: &mut impl Samples) -> Option<usize> {
-        Self::draw(self.direct[from].iter().copied(), samples.next_2d().x)
+    fn direct(&self, &from: &usize, samples: &mut impl Samples) -> Option<(usize, f32)> {
+        let light = Self::draw(self.direct[from].iter().copied(), samples.next_2d().x)?;
+        Some((light, self.direct_density(&from, &light)))
     }
 
     fn direct_density(&self, &from: &usize, &light: &usize) -> f32 {

@@ -231,7 +231,7 @@ fn walk_and_connect<P: PathSpace>(
         if !light.is_empty() {
             extend(space, Side::Light, light, false, samples)?;
         } else if i + 1 == from_light && walk.len() > 1 {
-            light.push(Node::unknown(&space.direct(&walk.last()?.vertex, samples)?));
+            light.push(Node::unknown(&space.direct(&walk.last()?.vertex, samples)?.0));
         } else {
             light.push(Node::unknown(&space.begin(Side::Light, samples)?));
         }
