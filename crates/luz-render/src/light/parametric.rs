@@ -22,7 +22,7 @@ pub(super) fn parametric_at(shape: &Shape, primitive: usize, position: Vec3, uv:
                 let off = position - (p00 + along * p.x + up * p.y + twist * (p.x * p.y));
                 let step = solve(along + twist * p.y, up + twist * p.x, off);
                 p = (p + step).clamp(DVec2::splat(-0.5), DVec2::splat(1.5));
-                if step.abs().max_element() < 1e-9 {
+                if twist == DVec3::ZERO || step.abs().max_element() < 1e-9 {
                     break;
                 }
             }

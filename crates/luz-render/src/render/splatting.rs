@@ -33,7 +33,7 @@ pub(super) trait SplattingEstimator: Send + Sync {
 /// An estimator, and the memory that no thread is using now.
 pub(super) struct WithMemory<E: PixelEstimator> {
     estimator: E,
-    unused: Mutex<Vec<E::Memory>>,
+    unused: Mutex<Vec<Box<E::Memory>>>,
 }
 
 impl<E: PixelEstimator> WithMemory<E> {
@@ -41,7 +41,7 @@ impl<E: PixelEstimator> WithMemory<E> {
         Self { estimator, unused: Mutex::default() }
     }
 
-    fn unused(&self) -> MutexGuard<'_, Vec<E::Memory>> {
+    fn unused(&self) -> MutexGuard<'_, Vec<Box<E::Memory>>> {
         // What a thread has left that panicked is a list, whole as ever.
         self.unused.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -39,6 +39,15 @@ impl Heuristic {
     /// their densities were equal. What is negative or NaN counts as zero, and so does a technique that is not there.
     pub fn weight(self, technique: usize, counts_and_pdfs: &[(f32, f32)]) -> f32 {
         let Some(&own) = counts_and_pdfs.get(technique) else { return 0.0 };
+        match self {
+            Self::Balance | Self::Optimal if is_ordinary(own) => {
+                return 1.0 / relative(own, counts_and_pdfs).sum::<f32>();
+            }
+            Self::Power(2.0) if is_ordinary(own) => {
+                return 1.0 / relative(own, counts_and_pdfs).map(|ratio| ratio * ratio).sum::<f32>();
+            }
+            _ => {}
+        }
         // Everything relative to the largest density, then to the largest q, so that no power overflows.
         let largest_pdf = counts_and_pdfs.iter().filter(|(n, p)| *n > 0.0 && *p > 0.0).fold(0.0, |max, t| t.1.max(max));
         let q = |&(n, p): &(f32, f32)| {
@@ -127,6 +136,19 @@ impl Heuristic {
             Self::Average => 1.0,
         }
     }
+}
+
+/// Is a density neither zero nor infinite?
+#[inline]
+fn is_ordinary((count, pdf): (f32, f32)) -> bool {
+    count > 0.0 && pdf > 0.0 && count.is_finite() && pdf.is_finite()
+}
+
+/// `qᵢ` of all that are positive, in units of an ordinary one. One that overflows takes all weight from that one, as it should.
+#[inline]
+fn relative((count, pdf): (f32, f32), counts_and_pdfs: &[(f32, f32)]) -> impl Iterator<Item = f32> {
+    let one = move |&(n, p): &(f32, f32)| if n > 0.0 && p > 0.0 { (n / count) * (p / pdf) } else { 0.0 };
+    counts_and_pdfs.iter().map(one)
 }
 
 impl fmt::Display for Heuristic {
