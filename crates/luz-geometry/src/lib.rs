@@ -25,8 +25,8 @@ pub use error_bound::{gamma, next_down, next_up, offset_ray_origin};
 pub use frame::Frame;
 pub use ray::{Hit, NO_INSTANCE, Ray};
 pub use shape::{
-    AreaSample, BilinearMesh, Cylinder, Disk, NormalCone, Reference, Shape, SolidAngleSample, Sphere, TriangleMesh,
-    UvFootprint, UvPoint,
+    AreaSample, BilinearMesh, Cylinder, Disk, NormalCone, PreparedPrimitive, Reference, Shape, SolidAngleSample,
+    Sphere, TriangleMesh, UvFootprint, UvPoint,
 };
 pub use subdivide::loop_subdivide;
 pub use surface::SurfacePoint;

@@ -19,7 +19,9 @@ use self::instance::Instance;
 use self::node::{Child, Tree};
 use self::simd::Level;
 use self::simd::{All, Filter, Traversal};
-use crate::{AreaSample, Bounds3, Hit, NO_INSTANCE, Ray, Reference, Shape, SolidAngleSample, SurfacePoint};
+use crate::{
+    AreaSample, Bounds3, Hit, NO_INSTANCE, PreparedPrimitive, Ray, Reference, Shape, SolidAngleSample, SurfacePoint,
+};
 
 /// A shape in an [`Accelerator`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -302,6 +304,12 @@ impl Accelerator {
         u: Vec2,
     ) -> Option<SolidAngleSample> {
         self.shape(shape).sample_solid_angle(reference, primitive as usize, u)
+    }
+
+    /// A primitive that stands in the world (not in a group), prepared for [`Self::sample_solid_angle`] and its density;
+    /// `None` where that would not make them faster.
+    pub fn prepare(&self, shape: ShapeId, primitive: u32) -> Option<PreparedPrimitive> {
+        PreparedPrimitive::new(self.shape(shape), primitive as usize)
     }
 
     /// The density of [`Self::sample_solid_angle`] at `point`, which is what a ray from `reference` meets, in solid angle.

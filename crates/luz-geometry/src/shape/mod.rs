@@ -3,7 +3,9 @@
 mod bilinear;
 mod cylinder;
 mod disk;
+mod flat_triangle;
 mod parametric;
+mod prepared;
 mod quadric;
 mod sample;
 mod sphere;
@@ -13,6 +15,7 @@ pub use bilinear::BilinearMesh;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use parametric::{NormalCone, UvFootprint, UvPoint};
+pub use prepared::PreparedPrimitive;
 pub use sample::{AreaSample, Reference, SolidAngleSample};
 pub use sphere::Sphere;
 pub use triangle::TriangleMesh;

@@ -215,13 +215,14 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let Some(mut shading) = Shading::at(world, camera, &interaction, seen, self.wavelengths) else {
+        let mut shading = Shading::BLACK;
+        if !shading.set(world, camera, &interaction, seen, self.wavelengths) {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
             self.observe(PathEvent::Passage { surface: &interaction.surface });
             branch.passages += 1;
             branch.ray.origin = interaction.surface.offset_origin(branch.ray.direction);
             return if branch.passages > MAX_PASSAGES { Err(PathEnd::TooManyPassages) } else { Ok(()) };
-        };
+        }
         self.observe(PathEvent::Vertex(Vertex {
             depth: branch.depth,
             ray: &branch.ray,
@@ -236,8 +237,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             shading.bsdf.regularize();
         }
         if self.ledger.is_none() {
-            *branch = self.scatter(branch, &interaction.surface, &shading, true)?;
-            return Ok(());
+            return self.scatter(branch, &interaction.surface, &shading, true);
         }
         self.split(branch, &interaction.surface, &shading)
     }
@@ -267,8 +267,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             if let Some(ledger) = &mut self.ledger {
                 parent.account = ledger.open(branch.account, surface, parent.throughput);
             }
-            match self.scatter(&parent, surface, shading, known.is_none()) {
-                Ok(child) => self.waiting.extend(last.replace(child)),
+            let mut child = parent;
+            match self.scatter(&mut child, surface, shading, known.is_none()) {
+                Ok(()) => self.waiting.extend(last.replace(child)),
                 Err(PathEnd::NotFinite) => return Err(PathEnd::NotFinite),
                 Err(why) => end = why,
             }
@@ -277,15 +278,15 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         Ok(())
     }
 
-    /// Looks for direct light at a vertex, and goes on from it, unless roulette by throughput ends the path.
+    /// Looks for direct light at a vertex, and sends the branch on from it, unless roulette by throughput ends the path.
     #[inline(always)]
     fn scatter(
         &mut self,
-        branch: &Branch,
+        branch: &mut Branch,
         surface: &SurfacePoint,
         shading: &Shading<'_>,
         may_end: bool,
-    ) -> Result<Branch, PathEnd> {
+    ) -> Result<(), PathEnd> {
         let first_dimension = branch.bounce_dimension();
         self.samples.set_dimension(first_dimension);
         let light_u = self.samples.next_2d();
@@ -318,21 +319,15 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             }
             throughput *= weight;
         }
-        Ok(Branch {
-            ray: Ray::new(surface.offset_origin(direction), direction, branch.ray.time),
-            throughput,
-            eta_scale,
-            departure: Departure {
-                reference: Reference::surface(surface.position, shading.frame.n),
-                pdf: departure_pdf(&shading.bsdf, wo, &sample),
-                is_offered: is_offered(branch, shading),
-            },
-            depth,
-            passages: branch.passages,
-            has_scattered: branch.has_scattered || !sample.flags.is_specular(),
-            dimension: branch.dimension,
-            account: branch.account,
-        })
+        branch.departure = Departure {
+            reference: Reference::surface(surface.position, shading.frame.n),
+            pdf: departure_pdf(&shading.bsdf, wo, &sample),
+            is_offered: is_offered(branch, shading),
+        };
+        branch.ray = Ray::new(surface.offset_origin(direction), direction, branch.ray.time);
+        (branch.throughput, branch.eta_scale, branch.depth) = (throughput, eta_scale, depth);
+        branch.has_scattered |= !sample.flags.is_specular();
+        Ok(())
     }
 
     /// Adds light that the BSDF has found, which light sampling would have found with density `light_pdf`.

@@ -166,13 +166,26 @@ impl Beacons {
     }
 
     /// Of each lane about the irradiance at `reference`, as bright as it can be for any light in the box; 0 only where
-    /// none arrives. Without branches, for the compiler to do lanes side by side.
+    /// none arrives.
     #[inline]
     pub fn importances(&self, reference: &Reference) -> [f32; LANES] {
+        let mut importances = [0.0; LANES];
+        // Half of the lanes fill a register everywhere.
+        for half in [0, LANES / 2] {
+            if self.strength[half] > 0.0 {
+                self.half_importances(reference, half, &mut importances);
+            }
+        }
+        importances
+    }
+
+    /// Those of half of the lanes, from `first` on. Without branches, for the compiler to do lanes side by side.
+    #[inline(always)]
+    fn half_importances(&self, reference: &Reference, first: usize, importances: &mut [f32; LANES]) {
         let [px, py, pz] = reference.position.to_array();
         let [nx, ny, nz] = reference.normal.unwrap_or(Vec3::ZERO).to_array();
         let is_free = reference.normal.is_none();
-        std::array::from_fn(|i| {
+        for i in first..first + LANES / 2 {
             let (x, y, z) = (px - self.center[0][i], py - self.center[1][i], pz - self.center[2][i]);
             let distance_squared = x * x + y * y + z * z;
             // Within the sphere light may come from anywhere; the distance is its radius at least.
@@ -192,8 +205,8 @@ impl Beacons {
             let cosines = if inside { 1.0 } else { (emitted * received).max(LEAST_COSINE) };
             let arrives = inside | (emitted >= self.cos_emission[i]);
             let importance = (self.strength[i] * cosines / far_squared).min(GREATEST_IMPORTANCE);
-            if arrives { importance } else { 0.0 }
-        })
+            importances[i] = if arrives { importance } else { 0.0 };
+        }
     }
 }
 

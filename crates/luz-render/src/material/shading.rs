@@ -1,12 +1,12 @@
 //! Everything that scattering at one point of a path needs.
 
 use super::Material;
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::{Camera, RayDifferentials};
 use crate::texture::SurfaceContext;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
-use luz_color::Wavelengths;
+use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{Frame, SurfacePoint};
 
 /// Texture footprints are made as narrow as this many samples per pixel want them, no less than pbrt-v4's eighth.
@@ -22,9 +22,15 @@ pub struct Shading<'w> {
 }
 
 impl<'w> Shading<'w> {
+    /// A black surface that faces z.
+    pub const BLACK: Self = Self {
+        frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
+        bsdf: Bsdf::Diffuse(Diffuse::new(SampledSpectrum::ZERO)),
+    };
+
     /// What stands at `interaction`, wherever it is seen from; `None` where nothing scatters. Without differentials of the
     /// ray, textures are filtered by what the camera would see there.
-    #[inline(always)]
+    #[inline]
     pub fn at(
         world: &'w World,
         camera: &Camera,
@@ -32,6 +38,20 @@ impl<'w> Shading<'w> {
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Self> {
+        let mut shading = Self::BLACK;
+        shading.set(world, camera, interaction, differentials, wavelengths).then_some(shading)
+    }
+
+    /// As [`at`](Self::at), in place, which spares copies. False where nothing scatters.
+    #[inline(always)]
+    pub fn set(
+        &mut self,
+        world: &'w World,
+        camera: &Camera,
+        interaction: &Interaction,
+        differentials: Option<&RayDifferentials>,
+        wavelengths: &mut Wavelengths,
+    ) -> bool {
         let surface = &interaction.surface;
         let mut material = world.material(interaction.material);
         let context = if world.has_varying_textures() {
@@ -43,8 +63,11 @@ impl<'w> Shading<'w> {
         while let Some(chosen) = material.choose(world.textures(), &context) {
             material = world.material(chosen);
         }
-        let bsdf = material.bsdf(world.textures(), &context, wavelengths)?;
-        Some(Self { frame: frame(world, material, surface, &context), bsdf })
+        if !material.set_bsdf(&mut self.bsdf, world.textures(), &context, wavelengths) {
+            return false;
+        }
+        self.frame = frame(world, material, surface, &context);
+        true
     }
 }
 

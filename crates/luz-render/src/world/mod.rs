@@ -141,8 +141,8 @@ impl World {
         }
     }
 
-    /// What stands where a ray has hit.
-    #[inline]
+    /// What stands where a ray has hit. (Out of line, so that it is written to its place.)
+    #[inline(never)]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let shape = &self.shapes[hit.shape as usize];
         Interaction {
