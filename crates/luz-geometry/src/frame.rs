@@ -33,9 +33,9 @@ impl Frame {
     #[inline]
     pub fn from_zx(n: Vec3, x: Vec3) -> Self {
         let s = x - n * n.dot(x);
-        let length = s.length();
-        if length > 1e-6 * x.length() && length.is_finite() {
-            let s = s / length;
+        let squared = s.length_squared();
+        if squared > 1e-12 * x.length_squared() && squared.is_finite() {
+            let s = s * (1.0 / squared.sqrt());
             Self { s, t: n.cross(s), n }
         } else {
             Self::from_z(n)

@@ -267,11 +267,18 @@ impl Accelerator {
     }
 
     /// The surface at a hit of `ray`, in world space.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let shape = &self.shapes[hit.shape as usize];
         if hit.instance == NO_INSTANCE {
-            return shape.surface(ray, hit);
+            self.shapes[hit.shape as usize].surface(ray, hit)
+        } else {
+            self.surface_of_instance(ray, hit)
         }
+    }
+
+    #[inline(never)]
+    fn surface_of_instance(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let shape = &self.shapes[hit.shape as usize];
         let placement = &self.instances[hit.instance as usize].placement;
         let (local, skipped) = placement.to_object(ray);
         let point = shape.surface(&local, &Hit { t: hit.t - skipped, ..*hit });

@@ -64,9 +64,9 @@ impl FlatTriangle {
     #[inline]
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         let Some(weights) = self.far_weights(reference) else { return self.sample_near(reference, u) };
-        let point = warp::bilinear(u, weights);
+        let (point, density) = warp::bilinear_with_pdf(u, weights);
         let mut sample = self.at(FarMap::barycentric(point));
-        sample.pdf_area *= warp::bilinear_pdf(point, weights);
+        sample.pdf_area *= density;
         sample.seen_from(reference.position)
     }
 

@@ -106,6 +106,7 @@ impl Shape {
     }
 
     /// The surface at a hit; the ray is needed to find the point of a quadric precisely.
+    #[inline]
     pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         each!(self, shape => shape.surface(ray, hit))
     }

@@ -53,6 +53,7 @@ impl TriangleMesh {
     }
 
     /// The interpolated vertex normal at barycentric coordinates, unnormalised, if there are vertex normals.
+    #[inline]
     fn vertex_normal(&self, triangle: usize, b: [f32; 3]) -> Option<Vec3> {
         let normals = self.normals.as_ref()?;
         let [n0, n1, n2] = self.indices[triangle].map(|i| normals[i as usize]);
@@ -60,10 +61,10 @@ impl TriangleMesh {
         Some(if self.reverse_orientation { -n } else { n })
     }
 
-    /// The unit geometric normal, oriented, of a triangle in the plane of unit normal `n`.
+    /// The unit geometric normal, oriented, of a triangle in the plane of unit normal `n`, where the vertices have that normal.
     #[inline]
-    fn geometric_normal(&self, triangle: usize, n: Vec3, b: [f32; 3]) -> Vec3 {
-        match self.vertex_normal(triangle, b) {
+    fn geometric_normal(&self, n: Vec3, of_vertices: Option<Vec3>) -> Vec3 {
+        match of_vertices {
             Some(ns) if ns.length_squared() > 0.0 => face_forward(n, ns),
             _ if self.flips() => -n,
             _ => n,
@@ -118,29 +119,33 @@ impl TriangleMesh {
         let triangle = hit.primitive as usize;
         let corners @ [p0, p1, p2] = self.corners(triangle);
         let b = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let uvs @ [uv0, uv1, uv2] = self.corner_uvs(triangle);
-
-        // Solve p0 − p2 = (uv0 − uv2)·(dpdu, dpdv), and the same for the second edge.
-        let texture = TextureMap::new(uvs);
         let (flat_normal, _) = normal_and_area(corners);
-        let (dpdu, dpdv) = texture
-            .as_ref()
-            .map(|texture| texture.derivatives(corners))
-            .filter(|(dpdu, dpdv)| dpdu.cross(*dpdv).length_squared() > 0.0)
-            .unwrap_or_else(|| {
-                let frame = Frame::from_z(-flat_normal);
-                (frame.s, frame.t)
-            });
+        let (uv, (dpdu, dpdv)) = match &self.uvs {
+            None => (Vec2::new(b[1] + b[2], b[2]), (p1 - p0, p2 - p1)),
+            Some(_) => {
+                let uvs @ [uv0, uv1, uv2] = self.corner_uvs(triangle);
+                // Solve p0 − p2 = (uv0 − uv2)·(dpdu, dpdv), and the same for the second edge.
+                let derivatives = TextureMap::new(uvs)
+                    .map(|texture| texture.derivatives(corners))
+                    .filter(|(dpdu, dpdv)| dpdu.cross(*dpdv).length_squared() > 0.0)
+                    .unwrap_or_else(|| {
+                        let frame = Frame::from_z(-flat_normal);
+                        (frame.s, frame.t)
+                    });
+                (b[0] * uv0 + b[1] * uv1 + b[2] * uv2, derivatives)
+            }
+        };
 
         let position = b[0] * p0 + b[1] * p1 + b[2] * p2;
         let magnitude = (b[0] * p0).abs() + (b[1] * p1).abs() + (b[2] * p2).abs();
-        let geometric_normal = self.geometric_normal(triangle, flat_normal, b);
+        let vertex_normal = self.vertex_normal(triangle, b);
+        let geometric_normal = self.geometric_normal(flat_normal, vertex_normal);
         let mut point = SurfacePoint {
             position,
             position_error: gamma(7) * magnitude,
             geometric_normal,
             shading_normal: geometric_normal,
-            uv: b[0] * uv0 + b[1] * uv1 + b[2] * uv2,
+            uv,
             dpdu,
             dpdv,
             shading_dpdu: dpdu,
@@ -155,14 +160,13 @@ impl TriangleMesh {
             instance: NO_INSTANCE,
         };
         if self.normals.is_some() || self.tangents.is_some() {
-            self.shade(triangle, b, texture.as_ref(), &mut point);
+            self.shade(triangle, b, vertex_normal, &mut point);
         }
         point
     }
 
     /// Sets the shading normal and tangents from those of the vertices.
-    fn shade(&self, triangle: usize, b: [f32; 3], texture: Option<&TextureMap>, point: &mut SurfacePoint) {
-        let interpolated = self.vertex_normal(triangle, b);
+    fn shade(&self, triangle: usize, b: [f32; 3], interpolated: Option<Vec3>, point: &mut SurfacePoint) {
         let ns = interpolated.and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
         let tangent = match &self.tangents {
             Some(tangents) => {
@@ -185,7 +189,7 @@ impl TriangleMesh {
             let length = interpolated.map_or(1.0, Vec3::length).max(f32::MIN_POSITIVE);
             let scale = if self.reverse_orientation { -1.0 } else { 1.0 } / length;
             let [n0, n1, n2] = self.indices[triangle].map(|i| scale * normals[i as usize]);
-            (point.dndu, point.dndv) = match texture {
+            (point.dndu, point.dndv) = match TextureMap::new(self.corner_uvs(triangle)) {
                 Some(texture) => texture.derivatives([n0, n1, n2]),
                 None => match (n2 - n0).cross(n1 - n0).try_normalize() {
                     Some(n) => {

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
 use crate::light::{Combination, EmittedSpectrum, LightContext, Target};
 use crate::material::Shading;
-use crate::world::{Interaction, World};
+use crate::world::World;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{Ray, Reference, SurfacePoint};
@@ -207,26 +207,29 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             self.infinite_light(branch);
             return Err(PathEnd::Escaped);
         };
-        let interaction = world.interaction(&branch.ray, &hit);
-        self.emission_at(branch, &interaction);
+        let surface = world.accelerator().surface(&branch.ray, &hit);
+        let (material, light) = world.identity(&hit);
+        if let Some(light) = light {
+            self.emission_at(branch, &surface, light);
+        }
         let is_last = branch.depth == settings.max_depth;
-        if is_last && !self.observer.wants_vertex() && world.material(interaction.material).always_scatters() {
+        if is_last && !self.observer.wants_vertex() && world.material(material).always_scatters() {
             return Err(PathEnd::MaxDepth);
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let mut shading = Shading::BLACK;
-        if !shading.set(world, camera, &interaction, seen, self.wavelengths) {
+        let mut shading = Shading::black();
+        if !shading.set(world, camera, &surface, material, seen, self.wavelengths) {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
-            self.observe(PathEvent::Passage { surface: &interaction.surface });
+            self.observe(PathEvent::Passage { surface: &surface });
             branch.passages += 1;
-            branch.ray.origin = interaction.surface.offset_origin(branch.ray.direction);
+            branch.ray.origin = surface.offset_origin(branch.ray.direction);
             return if branch.passages > MAX_PASSAGES { Err(PathEnd::TooManyPassages) } else { Ok(()) };
         }
         self.observe(PathEvent::Vertex(Vertex {
             depth: branch.depth,
             ray: &branch.ray,
-            surface: &interaction.surface,
+            surface: &surface,
             shading: &shading,
             outgoing,
         }));
@@ -237,9 +240,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             shading.bsdf.regularize();
         }
         if self.ledger.is_none() {
-            return self.scatter(branch, &interaction.surface, &shading, true);
+            return self.scatter(branch, &surface, &shading, true);
         }
-        self.split(branch, &interaction.surface, &shading)
+        self.split(branch, &surface, &shading)
     }
 
     /// Goes on from a vertex as often as it is worth the rays.
@@ -383,11 +386,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
     }
 
     #[inline(always)]
-    fn emission_at(&mut self, branch: &Branch, interaction: &Interaction) {
+    fn emission_at(&mut self, branch: &Branch, surface: &SurfacePoint, number: u32) {
         let world = self.tracer.world;
-        let Some(number) = interaction.light else { return };
         let Some(light) = world.area_light(number) else { return };
-        let surface = &interaction.surface;
         let toward = -branch.ray.direction;
         let emitted = self.lights.radiance(light, surface.geometric_normal, surface.uv, toward, self.wavelengths);
         if !emitted.is_black() {

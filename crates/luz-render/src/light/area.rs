@@ -125,7 +125,7 @@ impl AreaLight {
     }
 
     /// Draws a point of the light as seen from `reference`.
-    #[inline]
+    #[inline(always)]
     pub fn sample(
         &self,
         context: LightContext<'_>,

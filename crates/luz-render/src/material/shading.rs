@@ -1,6 +1,6 @@
 //! Everything that scattering at one point of a path needs.
 
-use super::Material;
+use super::{Material, MaterialId, Perturbation};
 use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::{Camera, RayDifferentials};
 use crate::texture::SurfaceContext;
@@ -22,11 +22,14 @@ pub struct Shading<'w> {
 }
 
 impl<'w> Shading<'w> {
-    /// A black surface that faces z.
-    pub const BLACK: Self = Self {
-        frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
-        bsdf: Bsdf::Diffuse(Diffuse::new(SampledSpectrum::ZERO)),
-    };
+    /// A black surface that faces z. (No constant: that would be copied whole.)
+    #[inline(always)]
+    pub fn black() -> Self {
+        Self {
+            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
+            bsdf: Bsdf::Diffuse(Diffuse::new(SampledSpectrum::ZERO)),
+        }
+    }
 
     /// What stands at `interaction`, wherever it is seen from; `None` where nothing scatters. Without differentials of the
     /// ray, textures are filtered by what the camera would see there.
@@ -38,8 +41,9 @@ impl<'w> Shading<'w> {
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Self> {
-        let mut shading = Self::BLACK;
-        shading.set(world, camera, interaction, differentials, wavelengths).then_some(shading)
+        let mut shading = Self::black();
+        let Interaction { surface, material, .. } = interaction;
+        shading.set(world, camera, surface, *material, differentials, wavelengths).then_some(shading)
     }
 
     /// As [`at`](Self::at), in place, which spares copies. False where nothing scatters.
@@ -48,12 +52,12 @@ impl<'w> Shading<'w> {
         &mut self,
         world: &'w World,
         camera: &Camera,
-        interaction: &Interaction,
+        surface: &SurfacePoint,
+        material: MaterialId,
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> bool {
-        let surface = &interaction.surface;
-        let mut material = world.material(interaction.material);
+        let mut material = world.material(material);
         let context = if world.has_varying_textures() {
             context(camera, surface, differentials)
         } else {
@@ -71,17 +75,32 @@ impl<'w> Shading<'w> {
     }
 }
 
+#[inline(always)]
 fn frame(world: &World, material: &Material, surface: &SurfacePoint, context: &SurfaceContext) -> Frame {
-    if let Some(perturbation) = &material.perturbation {
-        let (dpdu, dpdv) = perturbation.derivatives(world.textures(), surface, context);
-        let normal = dpdu.cross(dpdv).normalize();
-        if normal.is_finite() {
-            let normal = if normal.dot(surface.shading_normal) < 0.0 { -normal } else { normal };
-            let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
-            return Frame::from_zx(normal, dpdu.normalize_or_zero());
-        }
+    if let Some(perturbation) = &material.perturbation
+        && let Some(frame) = perturbed_frame(world, perturbation, surface, context)
+    {
+        return frame;
     }
     Frame::from_zx(surface.shading_normal, surface.shading_dpdu)
+}
+
+/// The frame of a tilted normal; `None` where it is not finite.
+#[inline(never)]
+fn perturbed_frame(
+    world: &World,
+    perturbation: &Perturbation,
+    surface: &SurfacePoint,
+    context: &SurfaceContext,
+) -> Option<Frame> {
+    let (dpdu, dpdv) = perturbation.derivatives(world.textures(), surface, context);
+    let normal = dpdu.cross(dpdv).normalize();
+    if !normal.is_finite() {
+        return None;
+    }
+    let normal = if normal.dot(surface.shading_normal) < 0.0 { -normal } else { normal };
+    let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
+    Some(Frame::from_zx(normal, dpdu.normalize_or_zero()))
 }
 
 /// Where textures are looked up, and how far the lookup moves with a pixel.

@@ -141,15 +141,18 @@ impl World {
         }
     }
 
-    /// What stands where a ray has hit. (Out of line, so that it is written to its place.)
-    #[inline(never)]
+    /// What stands where a ray has hit.
+    #[inline]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+        let (material, light) = self.identity(hit);
+        Interaction { surface: self.accelerator.surface(ray, hit), material, light }
+    }
+
+    /// What a ray has hit: the material, and which light, if it emits.
+    #[inline]
+    pub(crate) fn identity(&self, hit: &Hit) -> (MaterialId, Option<u32>) {
         let shape = &self.shapes[hit.shape as usize];
-        Interaction {
-            surface: self.accelerator.surface(ray, hit),
-            material: shape.material,
-            light: shape.first_light.map(|first| first + hit.primitive),
-        }
+        (shape.material, shape.first_light.map(|first| first + hit.primitive))
     }
 
     /// True if nothing stands between a surface point and a target in the unit direction `direction`.
