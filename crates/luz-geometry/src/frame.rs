@@ -2,6 +2,13 @@
 
 use glam::Vec3;
 
+/// A vector that is a unit vector but for rounding, made one to the last bits: a step of Newton's method, much faster than a root
+/// and a quotient. What it was off by, squared, remains.
+#[inline(always)]
+pub fn renormalized(v: Vec3) -> Vec3 {
+    v * (1.5 - 0.5 * v.length_squared())
+}
+
 /// A right-handed orthonormal basis; `n` is the local z axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {

@@ -178,7 +178,6 @@ impl FlatDisk {
         }
     }
 
-    #[inline]
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         self.sample_area(u).seen_from(reference.position)
     }

@@ -1,5 +1,7 @@
 //! One triangle, prepared for drawing points from it again and again.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3, Vec4};
 use luz_sample::warp::{self, SphericalTriangle};
 
@@ -41,7 +43,7 @@ impl FlatTriangle {
     }
 
     /// The point at barycentric coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, b: [f32; 3]) -> AreaSample {
         let [p0, p1, p2] = self.corners;
         let [uv0, uv1, uv2] = self.uvs;
@@ -61,7 +63,7 @@ impl FlatTriangle {
         self.pdf_area.is_finite().then(|| self.at(warp::uniform_triangle(u)))
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         let Some(weights) = self.far_weights(reference) else { return self.sample_near(reference, u) };
         let (point, density) = warp::bilinear_with_pdf(u, weights);
@@ -84,27 +86,29 @@ impl FlatTriangle {
     fn far_weights(&self, reference: &Reference) -> Option<[f32; 4]> {
         /// The largest ratio of the longest edge to the distance, squared.
         const FAR: f32 = 0.64;
-        /// Of the cosine, so that no corner is left out.
-        const LEAST: Vec4 = Vec4::splat(0.01);
+        /// Of the cosine, about, so that no corner is left out.
+        const LEAST: f32 = 0.01;
+        /// Of squared distances, for powers to stay in range.
+        const RANGE: Range<f32> = 1e-20..1e30;
         let [x, y, z] = self.places;
         let p = reference.position;
         let (x, y, z) = (x - Vec4::splat(p.x), y - Vec4::splat(p.y), z - Vec4::splat(p.z));
         let squared = x * x + y * y + z * z;
         let distance_squared = squared.w;
-        if !(self.longest_squared <= FAR * distance_squared && distance_squared < 1e30) {
+        if !(self.longest_squared <= FAR * distance_squared && RANGE.contains(&distance_squared)) {
             return None;
         }
-        let distances = squared.sqrt();
-        let inverse = Vec4::ONE / distances;
-        let height = match reference.normal {
+        // Of the mean over the corner, squared.
+        let near = Vec4::splat(distance_squared) / squared;
+        let weights = match reference.normal {
+            // With d cos θ, the height above the tangent plane: cos θ / d³ is that over d⁴.
             Some(n) => {
-                ((x * Vec4::splat(n.x) + y * Vec4::splat(n.y) + z * Vec4::splat(n.z)).abs() * inverse).max(LEAST)
+                let height = (x * Vec4::splat(n.x) + y * Vec4::splat(n.y) + z * Vec4::splat(n.z)).abs();
+                height.max(Vec4::splat(LEAST * distance_squared.sqrt())) * (near * near)
             }
-            None => Vec4::ONE,
+            None => near * near.sqrt(),
         };
-        // Relative to the distance of the mean, so that cubes stay in range.
-        let near = inverse * Vec4::splat(distances.w);
-        let [w0, w1, w2, _] = (height * (near * near * near)).to_array();
+        let [w0, w1, w2, _] = weights.to_array();
         Some([w0, w0, w1, w2])
     }
 

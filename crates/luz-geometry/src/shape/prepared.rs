@@ -32,7 +32,7 @@ impl PreparedPrimitive {
     }
 
     /// As [`Shape::sample_solid_angle`].
-    #[inline]
+    #[inline(always)]
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         match &self.0 {
             Kind::Triangle(triangle) => triangle.sample_solid_angle(reference, u),

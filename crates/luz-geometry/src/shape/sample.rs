@@ -66,7 +66,7 @@ impl Reference {
 }
 
 /// The factor from area to solid angle, `d² / |cos θ|`; `None` where it is not positive and finite.
-#[inline]
+#[inline(always)]
 pub(crate) fn area_to_solid_angle(reference: Vec3, position: Vec3, normal: Vec3) -> Option<f32> {
     let to = position - reference;
     let distance_squared = to.length_squared();
@@ -81,7 +81,7 @@ pub(crate) fn area_to_solid_angle(reference: Vec3, position: Vec3, normal: Vec3)
 
 impl AreaSample {
     /// The same point with its density in solid angle from `reference`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn seen_from(&self, reference: Vec3) -> Option<SolidAngleSample> {
         let factor = area_to_solid_angle(reference, self.position, self.normal)?;
         let pdf = self.pdf_area * factor;

@@ -112,7 +112,7 @@ impl TriangleMesh {
     }
 
     pub(super) fn intersect(&self, ray: &Ray, t_max: f32, triangle: usize) -> Option<ParametricHit> {
-        Shear::new(ray).intersect(self.corners(triangle), t_max)
+        Shear::new(ray).intersect(self.corners(triangle), t_max, false)
     }
 
     pub(super) fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
@@ -328,10 +328,11 @@ impl Shear {
         )
     }
 
-    /// The hit at `0 < t ≤ t_max`; where rounding leaves it open whether `t` is positive, `f64` decides. The SIMD tests do the same arithmetic in the
-    /// same order, so that they agree to the last bit.
+    /// The hit at `0 < t ≤ t_max`; where rounding leaves it open whether `t` is positive, there is none if the ray `leaves`
+    /// the triangle, and otherwise `f64` decides. The SIMD tests do the same arithmetic in the same order, so that they agree to
+    /// the last bit.
     #[inline]
-    pub fn intersect(&self, corners: [Vec3; 3], t_max: f32) -> Option<ParametricHit> {
+    pub fn intersect(&self, corners: [Vec3; 3], t_max: f32, leaves: bool) -> Option<ParametricHit> {
         let [(x0, y0, h0, z0), (x1, y1, h1, z1), (x2, y2, h2, z2)] = corners.map(|p| self.vertex(p));
         let (mut e0, mut e1, mut e2) = (x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1);
         if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
@@ -364,6 +365,9 @@ impl Shear {
         let max_y = y0.abs().max(y1.abs()).max(y2.abs());
         let max_e = e0.abs().max(e1.abs()).max(e2.abs());
         if t.abs() <= t_error(max_x, max_y, max_h, max_z, max_e, determinant.abs()) {
+            if leaves {
+                return None;
+            }
             t = self.plane_distance(corners)?;
         }
         // NaN, which only overflow makes, is no hit.
@@ -381,7 +385,6 @@ impl Shear {
         let (a, b) = (p1 - p0, p2 - p0);
         let normal = a.cross(b);
         let (height, slope) = (normal.dot(p0), normal.dot(direction));
-        // Most often a ray leaves the very triangle that it starts on.
         if (height > 0.0) != (slope > 0.0) {
             return None;
         }

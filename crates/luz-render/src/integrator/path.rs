@@ -13,7 +13,7 @@ use crate::material::Shading;
 use crate::world::World;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Ray, Reference, SurfacePoint};
+use luz_geometry::{Ray, Reference, SurfacePoint, renormalized};
 use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
 use luz_sample::roulette::{Continuations, Limits, Roulette, throughput_survival};
@@ -223,7 +223,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
             self.observe(PathEvent::Passage { surface: &surface });
             branch.passages += 1;
-            branch.ray.origin = surface.offset_origin(branch.ray.direction);
+            branch.ray = surface.leave(branch.ray.direction);
             return if branch.passages > MAX_PASSAGES { Err(PathEnd::TooManyPassages) } else { Ok(()) };
         }
         self.observe(PathEvent::Vertex(Vertex {
@@ -303,7 +303,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let Some(sample) = shading.bsdf.sample(wo, lobe_u, direction_u, TransportMode::Radiance) else {
             return Err(PathEnd::Absorbed);
         };
-        let direction = shading.frame.to_world(sample.wi).normalize();
+        let direction = renormalized(shading.frame.to_world(sample.wi));
         let mut throughput = branch.throughput * (sample.f * (sample.wi.z.abs() / sample.pdf));
         self.observe(PathEvent::Scatter { sample, direction, throughput });
         if !throughput.is_finite() {
@@ -327,7 +327,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             pdf: departure_pdf(&shading.bsdf, wo, &sample),
             is_offered: is_offered(branch, shading),
         };
-        branch.ray = Ray::new(surface.offset_origin(direction), direction, branch.ray.time);
+        branch.ray = surface.leave(direction);
         (branch.throughput, branch.eta_scale, branch.depth) = (throughput, eta_scale, depth);
         branch.has_scattered |= !sample.flags.is_specular();
         Ok(())

@@ -102,7 +102,7 @@ impl AreaLight {
     }
 
     /// A point of the primitive as seen from `reference`.
-    #[inline]
+    #[inline(always)]
     fn sample_solid_angle(
         &self,
         context: LightContext<'_>,
@@ -146,7 +146,8 @@ impl AreaLight {
         (!radiance.is_black()).then_some(LightSample {
             radiance,
             direction,
-            target: Target::Surface { position: point.position, error: point.position_error, normal: point.normal },
+            // Moved off the surface at once: a point is less to hand on.
+            target: Target::Point(offset_ray_origin(point.position, point.position_error, point.normal, -direction)),
             pdf,
             is_delta: self.is_unseen,
         })

@@ -1,6 +1,6 @@
 //! Everything that scattering at one point of a path needs.
 
-use super::{Material, MaterialId, Perturbation};
+use super::{MaterialId, Perturbation};
 use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::{Camera, RayDifferentials};
 use crate::texture::SurfaceContext;
@@ -26,8 +26,8 @@ impl<'w> Shading<'w> {
     #[inline(always)]
     pub fn black() -> Self {
         Self {
-            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
             bsdf: Bsdf::Diffuse(Diffuse::new(SampledSpectrum::ZERO)),
+            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
         }
     }
 
@@ -70,19 +70,14 @@ impl<'w> Shading<'w> {
         if !material.set_bsdf(&mut self.bsdf, world.textures(), &context, wavelengths) {
             return false;
         }
-        self.frame = frame(world, material, surface, &context);
+        self.frame = Frame::from_zx(surface.shading_normal, surface.shading_dpdu);
+        if let Some(perturbation) = &material.perturbation
+            && let Some(frame) = perturbed_frame(world, perturbation, surface, &context)
+        {
+            self.frame = frame;
+        }
         true
     }
-}
-
-#[inline(always)]
-fn frame(world: &World, material: &Material, surface: &SurfacePoint, context: &SurfaceContext) -> Frame {
-    if let Some(perturbation) = &material.perturbation
-        && let Some(frame) = perturbed_frame(world, perturbation, surface, context)
-    {
-        return frame;
-    }
-    Frame::from_zx(surface.shading_normal, surface.shading_dpdu)
 }
 
 /// The frame of a tilted normal; `None` where it is not finite.
