@@ -56,16 +56,30 @@ impl SampledSpectrum {
         self.0.iter().all(|v| v.is_finite())
     }
 
+    /// All lanes in one, by an operation whose order does not matter: halves are put together side by side.
+    #[inline(always)]
+    fn reduce(self, f: impl Fn(f32, f32) -> f32) -> f32 {
+        let mut all = self.0;
+        let mut half = LANES / 2;
+        while half > 0 {
+            for i in 0..half {
+                all[i] = f(all[i], all[i + half]);
+            }
+            half /= 2;
+        }
+        all[0]
+    }
+
     /// The largest lane.
     #[inline(always)]
     pub fn max_component(self) -> f32 {
-        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+        self.reduce(f32::max)
     }
 
     /// The smallest lane.
     #[inline(always)]
     pub fn min_component(self) -> f32 {
-        self.0.into_iter().fold(f32::INFINITY, f32::min)
+        self.reduce(f32::min)
     }
 
     /// The mean of the lanes.

@@ -56,10 +56,11 @@ fn rays(accelerator: &Accelerator, eye: Vec3, target: Vec3) -> Rays {
             let (r, phi) = (random.unit(), std::f32::consts::TAU * random.unit());
             let local = Vec3::new(r.sqrt() * phi.cos(), r.sqrt() * phi.sin(), (1.0 - r).sqrt());
             let direction = Frame::from_z(normal).to_world(local);
-            let origin = luz_geometry::offset_ray_origin(point.position, point.position_error, normal, normal);
-            out.bounce.push(Ray::new(origin, direction, 0.0));
+            let ray = point.leave(direction);
+            let origin = ray.origin;
+            out.bounce.push(ray);
             let light = Vec3::new(random.unit() - 0.5, random.unit() - 0.5, 1.98);
-            out.shadow.push(Ray { origin, direction: light - origin, t_max: 0.999, time: 0.0 });
+            out.shadow.push(Ray { direction: light - origin, t_max: 0.999, ..ray });
         }
     }
     out

@@ -37,5 +37,5 @@ pub fn offset_ray_origin(position: Vec3, error: Vec3, normal: Vec3, direction: V
     // At least one unit in the last place, for |x| 2⁻²³ is never less. Near zero, where units are subnormal, as far as
     // products with other numbers stay normal: subnormal arithmetic costs a hundred times as much.
     let ulp = moved.abs() * f32::EPSILON + 1e-25;
-    moved + ulp * offset.signum()
+    moved + ulp.copysign(offset)
 }

@@ -2,6 +2,13 @@
 
 use glam::Vec3;
 
+/// A vector that is a unit vector but for rounding, made one to the last bits: a step of Newton's method, much faster than a root
+/// and a quotient. What it was off by, squared, remains.
+#[inline(always)]
+pub fn renormalized(v: Vec3) -> Vec3 {
+    v * (1.5 - 0.5 * v.length_squared())
+}
+
 /// A right-handed orthonormal basis; `n` is the local z axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
@@ -33,9 +40,9 @@ impl Frame {
     #[inline]
     pub fn from_zx(n: Vec3, x: Vec3) -> Self {
         let s = x - n * n.dot(x);
-        let length = s.length();
-        if length > 1e-6 * x.length() && length.is_finite() {
-            let s = s / length;
+        let squared = s.length_squared();
+        if squared > 1e-12 * x.length_squared() && squared.is_finite() {
+            let s = s * (1.0 / squared.sqrt());
             Self { s, t: n.cross(s), n }
         } else {
             Self::from_z(n)

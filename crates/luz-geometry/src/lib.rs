@@ -22,11 +22,11 @@ pub use accelerator::{
 pub use animated::AnimatedTransform;
 pub use bounds::Bounds3;
 pub use error_bound::{gamma, next_down, next_up, offset_ray_origin};
-pub use frame::Frame;
-pub use ray::{Hit, NO_INSTANCE, Ray};
+pub use frame::{Frame, renormalized};
+pub use ray::{Hit, NO_INSTANCE, PrimitiveId, Ray};
 pub use shape::{
-    AreaSample, BilinearMesh, Cylinder, Disk, NormalCone, Reference, Shape, SolidAngleSample, Sphere, TriangleMesh,
-    UvFootprint, UvPoint,
+    AreaSample, BilinearMesh, Cylinder, Disk, NormalCone, PreparedPrimitive, Reference, Shape, SolidAngleSample,
+    Sphere, TriangleMesh, UvFootprint, UvPoint,
 };
 pub use subdivide::loop_subdivide;
 pub use surface::SurfacePoint;

@@ -13,13 +13,16 @@ pub struct Ray {
     pub t_max: f32,
     /// When it is shot, in the units of the scene's animated transforms.
     pub time: f32,
+    /// The primitive that it starts on, if that is known: if it is a triangle the ray does not meet it again, which then
+    /// needs no arithmetic.
+    pub leaves: PrimitiveId,
 }
 
 impl Ray {
     /// A ray without an end.
     #[inline]
     pub fn new(origin: Vec3, direction: Vec3, time: f32) -> Self {
-        Self { origin, direction, t_max: f32::INFINITY, time }
+        Self { origin, direction, t_max: f32::INFINITY, time, leaves: PrimitiveId::NONE }
     }
 
     /// The point at `t`.
@@ -27,6 +30,22 @@ impl Ray {
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
+}
+
+/// One primitive where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrimitiveId {
+    /// As in [`Hit::shape`].
+    pub shape: u32,
+    /// As in [`Hit::primitive`].
+    pub primitive: u32,
+    /// As in [`Hit::instance`].
+    pub instance: u32,
+}
+
+impl PrimitiveId {
+    /// None at all.
+    pub const NONE: Self = Self { shape: u32::MAX, primitive: u32::MAX, instance: NO_INSTANCE };
 }
 
 /// What [`Hit::instance`] says where the shape stands in the world itself.

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::offset_ray_origin;
+use crate::{PrimitiveId, Ray, offset_ray_origin};
 
 /// A point on a surface, with everything that shading needs, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,5 +49,17 @@ impl SurfacePoint {
     #[inline]
     pub fn offset_origin(&self, direction: Vec3) -> Vec3 {
         offset_ray_origin(self.position, self.position_error, self.geometric_normal, direction)
+    }
+
+    /// The primitive that it is a point of.
+    #[inline]
+    pub fn primitive_id(&self) -> PrimitiveId {
+        PrimitiveId { shape: self.shape, primitive: self.primitive, instance: self.instance }
+    }
+
+    /// The ray without an end that leaves towards `direction`.
+    #[inline]
+    pub fn leave(&self, direction: Vec3) -> Ray {
+        Ray { leaves: self.primitive_id(), ..Ray::new(self.offset_origin(direction), direction, self.time) }
     }
 }

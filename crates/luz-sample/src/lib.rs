@@ -71,7 +71,7 @@ mod sampler;
 mod samples;
 pub mod statistics;
 pub mod test_support;
-mod trigonometry;
+pub mod trigonometry;
 pub mod warp;
 
 pub use sampler::{ParseSamplerKindError, PixelSamples, Sampler, SamplerConfig, SamplerKind};

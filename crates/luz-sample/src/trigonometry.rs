@@ -1,6 +1,6 @@
 //! Sine and cosine of reduced arguments.
 //!
-//! The warps need them on a quarter turn only, where a short polynomial is as exact as `f32` can hold, several times faster
+//! The warps need them on a turn only, where a short polynomial is as exact as `f32` can hold, several times faster
 //! than a general routine, and the same on every platform.
 
 use std::f32::consts::TAU;
@@ -16,7 +16,7 @@ pub(crate) fn sin_cos_eighth(x: f32) -> (f32, f32) {
 
 /// `(sin 2πt, cos 2πt)` for `t ∈ [0, 1]`; absolute error below 2e-7. The reduction to an eighth of a turn is exact.
 #[inline(always)]
-pub(crate) fn sin_cos_turns(t: f32) -> (f32, f32) {
+pub fn sin_cos_turns(t: f32) -> (f32, f32) {
     let quarter = (4.0 * t + 0.5) as u32;
     let (s, c) = sin_cos_eighth((t - 0.25 * quarter as f32) * TAU);
     let (s, c) = if quarter & 1 == 0 { (s, c) } else { (c, -s) };

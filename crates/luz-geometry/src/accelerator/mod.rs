@@ -19,7 +19,9 @@ use self::instance::Instance;
 use self::node::{Child, Tree};
 use self::simd::Level;
 use self::simd::{All, Filter, Traversal};
-use crate::{AreaSample, Bounds3, Hit, NO_INSTANCE, Ray, Reference, Shape, SolidAngleSample, SurfacePoint};
+use crate::{
+    AreaSample, Bounds3, Hit, NO_INSTANCE, PreparedPrimitive, Ray, Reference, Shape, SolidAngleSample, SurfacePoint,
+};
 
 /// A shape in an [`Accelerator`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -265,11 +267,18 @@ impl Accelerator {
     }
 
     /// The surface at a hit of `ray`, in world space.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        let shape = &self.shapes[hit.shape as usize];
         if hit.instance == NO_INSTANCE {
-            return shape.surface(ray, hit);
+            self.shapes[hit.shape as usize].surface(ray, hit)
+        } else {
+            self.surface_of_instance(ray, hit)
         }
+    }
+
+    #[inline(never)]
+    fn surface_of_instance(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let shape = &self.shapes[hit.shape as usize];
         let placement = &self.instances[hit.instance as usize].placement;
         let (local, skipped) = placement.to_object(ray);
         let point = shape.surface(&local, &Hit { t: hit.t - skipped, ..*hit });
@@ -302,6 +311,12 @@ impl Accelerator {
         u: Vec2,
     ) -> Option<SolidAngleSample> {
         self.shape(shape).sample_solid_angle(reference, primitive as usize, u)
+    }
+
+    /// A primitive that stands in the world (not in a group), prepared for [`Self::sample_solid_angle`] and its density;
+    /// `None` where that would not make them faster.
+    pub fn prepare(&self, shape: ShapeId, primitive: u32) -> Option<PreparedPrimitive> {
+        PreparedPrimitive::new(self.shape(shape), primitive as usize)
     }
 
     /// The density of [`Self::sample_solid_angle`] at `point`, which is what a ray from `reference` meets, in solid angle.

@@ -124,6 +124,12 @@ impl TrianglePacket {
         self.primitive[lane] = primitive;
     }
 
+    /// Whether the triangle of a lane is this one.
+    #[inline(always)]
+    pub fn is(&self, lane: usize, [shape, primitive]: [u32; 2]) -> bool {
+        self.shape[lane] == shape && self.primitive[lane] == primitive
+    }
+
     /// The corners of one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> [Vec3; 3] {

@@ -407,7 +407,7 @@ mod tests {
                 let number = |dimension| unit_f32((hash(1, 0, i, dimension) >> 32) as u32);
                 let origin = patch.at(number(0).into(), number(1).into()).as_vec3();
                 let direction = Vec3::new(number(2), number(3) - 0.5, number(4) - 0.5);
-                let ray = Ray { origin, direction, t_max: f32::INFINITY, time: 0.0 };
+                let ray = Ray::new(origin, direction, 0.0);
                 assert_eq!(patch.intersect(&ray, f32::INFINITY), None, "{ray:?}");
             }
         }

@@ -1,10 +1,13 @@
 //! Disks, annuli, and parts of them.
 
+use std::f64::consts::TAU;
+
 use glam::{DVec3, Vec2, Vec3};
+use luz_sample::trigonometry::sin_cos_turns;
 
 use super::quadric::{self, ObjectRay, ObjectSurface};
 use super::{AreaSample, ParametricHit, Reference, SolidAngleSample, sample};
-use crate::{Bounds3, Hit, Ray, SurfacePoint, Transform};
+use crate::{Bounds3, Hit, Ray, SurfacePoint, Transform, gamma};
 
 /// A disk at `z = height` in object space with a hole, cut at an angle; `u` runs with the azimuth, `v` from the rim (0)
 /// to the hole (1). The normal points along +z.
@@ -102,14 +105,27 @@ impl Disk {
         (object * quadric::area_stretch(&self.transform, DVec3::Z)) as f32
     }
 
-    pub(super) fn sample_area(&self, _: usize, u: Vec2) -> Option<AreaSample> {
+    /// The disk, ready to be sampled.
+    pub(super) fn flat(&self) -> FlatDisk {
+        let m = self.transform.matrix();
+        let (x, y, z, w) = (m.x_axis.truncate(), m.y_axis.truncate(), m.z_axis.truncate(), m.w_axis.truncate());
+        let sign = if self.reverse_orientation != self.transform.swaps_handedness() { -1.0 } else { 1.0 };
         let (inner, outer) = self.radii_squared();
-        let r = (inner + (outer - inner) * f64::from(u.x)).sqrt();
-        let (sin, cos) = (quadric::clamp_angle(self.phi_max) * f64::from(u.y)).sin_cos();
-        let p = DVec3::new(r * cos, r * sin, f64::from(self.height));
-        let (position, position_error, normal) =
-            quadric::sampled_point(&self.transform, self.reverse_orientation, p, Vec3::ZERO, DVec3::Z);
-        Some(AreaSample { position, position_error, normal, uv: self.uv_of(p), pdf_area: 1.0 / self.area(0) })
+        FlatDisk {
+            center: self.transform.point(Vec3::Z * self.height),
+            magnitude: (z * self.height).abs() + w.abs(),
+            axes: [x, y],
+            normal: (self.transform.normal(Vec3::Z) * sign).normalize_or_zero(),
+            radii: [self.inner_radius, self.radius],
+            inner_squared: inner as f32,
+            ring_squared: (outer - inner) as f32,
+            turns: (quadric::clamp_angle(self.phi_max) / TAU) as f32,
+            pdf_area: 1.0 / self.area(0),
+        }
+    }
+
+    pub(super) fn sample_area(&self, _: usize, u: Vec2) -> Option<AreaSample> {
+        Some(self.flat().sample_area(u))
     }
 
     pub(super) fn pdf_area(&self, _: &SurfacePoint) -> f32 {
@@ -117,10 +133,57 @@ impl Disk {
     }
 
     pub(super) fn sample_solid_angle(&self, reference: &Reference, _: usize, u: Vec2) -> Option<SolidAngleSample> {
-        self.sample_area(0, u)?.seen_from(reference.position)
+        self.flat().sample_solid_angle(reference, u)
     }
 
     pub(super) fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
-        sample::pdf_from_area(reference, point, self.pdf_area(point))
+        self.flat().pdf_solid_angle(reference, point)
+    }
+}
+
+/// A disk in the world with what is the same for all of its points.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FlatDisk {
+    center: Vec3,
+    /// Sum of the absolute terms that the centre was computed from, which bounds its rounding.
+    magnitude: Vec3,
+    /// The axes of object space in the world.
+    axes: [Vec3; 2],
+    /// Unit, oriented.
+    normal: Vec3,
+    /// In object space, of the hole and of the rim.
+    radii: [f32; 2],
+    inner_squared: f32,
+    /// The difference of the squared radii.
+    ring_squared: f32,
+    /// The share of a turn that is there.
+    turns: f32,
+    pdf_area: f32,
+}
+
+impl FlatDisk {
+    #[inline]
+    fn sample_area(&self, u: Vec2) -> AreaSample {
+        let [x, y] = self.axes;
+        let [inner, outer] = self.radii;
+        let r = (self.inner_squared + self.ring_squared * u.x).sqrt();
+        let (sin, cos) = sin_cos_turns(self.turns * u.y);
+        AreaSample {
+            position: self.center + ((r * cos) * x + (r * sin) * y),
+            // Sine and cosine are as exact as four units of rounding of one.
+            position_error: gamma(8) * (self.magnitude + r * (x.abs() + y.abs())),
+            normal: self.normal,
+            uv: Vec2::new(u.y, ((outer - r) / (outer - inner)).clamp(0.0, 1.0)),
+            pdf_area: self.pdf_area,
+        }
+    }
+
+    pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
+        self.sample_area(u).seen_from(reference.position)
+    }
+
+    #[inline]
+    pub fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
+        sample::pdf_from_area(reference, point, self.pdf_area)
     }
 }

@@ -3,7 +3,9 @@
 mod bilinear;
 mod cylinder;
 mod disk;
+mod flat_triangle;
 mod parametric;
+mod prepared;
 mod quadric;
 mod sample;
 mod sphere;
@@ -13,6 +15,7 @@ pub use bilinear::BilinearMesh;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use parametric::{NormalCone, UvFootprint, UvPoint};
+pub use prepared::PreparedPrimitive;
 pub use sample::{AreaSample, Reference, SolidAngleSample};
 pub use sphere::Sphere;
 pub use triangle::TriangleMesh;
@@ -103,6 +106,7 @@ impl Shape {
     }
 
     /// The surface at a hit; the ray is needed to find the point of a quadric precisely.
+    #[inline]
     pub(crate) fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         each!(self, shape => shape.surface(ray, hit))
     }

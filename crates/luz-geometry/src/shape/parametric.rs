@@ -124,12 +124,13 @@ impl TriangleMesh {
         let scale = (u + v).max(1.0).recip();
         let (u, v) = (u * scale, v * scale);
         let barycentric = [(1.0 - u - v).max(0.0) as f32, u as f32, v as f32];
-        Some(found(self.sample_at(triangle, barycentric), self.area_by_uv(triangle)?))
+        Some(found(self.flat(triangle).at(barycentric), self.area_by_uv(triangle)?))
     }
 
     fn normal_cone(&self, triangle: usize) -> Option<NormalCone> {
         // Vertex normals turn the normal to their side: where they disagree it has two.
-        let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|b| self.sample_at(triangle, b).normal);
+        let flat = self.flat(triangle);
+        let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|b| flat.at(b).normal);
         let axis = corners[0];
         (axis != Vec3::ZERO && corners.iter().all(|n| n.dot(axis) > 0.0)).then_some(NormalCone { axis, cos_angle: 1.0 })
     }

@@ -66,6 +66,7 @@ impl Reference {
 }
 
 /// The factor from area to solid angle, `d² / |cos θ|`; `None` where it is not positive and finite.
+#[inline(always)]
 pub(crate) fn area_to_solid_angle(reference: Vec3, position: Vec3, normal: Vec3) -> Option<f32> {
     let to = position - reference;
     let distance_squared = to.length_squared();
@@ -80,6 +81,7 @@ pub(crate) fn area_to_solid_angle(reference: Vec3, position: Vec3, normal: Vec3)
 
 impl AreaSample {
     /// The same point with its density in solid angle from `reference`.
+    #[inline(always)]
     pub(crate) fn seen_from(&self, reference: Vec3) -> Option<SolidAngleSample> {
         let factor = area_to_solid_angle(reference, self.position, self.normal)?;
         let pdf = self.pdf_area * factor;
@@ -94,6 +96,7 @@ impl AreaSample {
 }
 
 /// The density in solid angle of what was sampled by area; 0 where it has none.
+#[inline]
 pub(crate) fn pdf_from_area(reference: &Reference, point: &SurfacePoint, pdf_area: f32) -> f32 {
     let pdf = area_to_solid_angle(reference.position, point.position, point.geometric_normal).unwrap_or(0.0) * pdf_area;
     if pdf.is_finite() { pdf } else { 0.0 }

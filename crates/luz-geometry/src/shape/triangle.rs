@@ -1,9 +1,9 @@
 //! Triangle meshes.
 
 use glam::{DVec3, Vec2, Vec3};
-use luz_sample::warp::{self, SphericalTriangle};
 
-use super::{AreaSample, ParametricHit, Reference, SolidAngleSample, sample};
+use super::flat_triangle::FlatTriangle;
+use super::{AreaSample, ParametricHit, Reference, SolidAngleSample};
 use crate::{Bounds3, Frame, Hit, NO_INSTANCE, Ray, SurfacePoint, Transform, gamma};
 
 /// Triangles that share vertices, in world space.
@@ -53,6 +53,7 @@ impl TriangleMesh {
     }
 
     /// The interpolated vertex normal at barycentric coordinates, unnormalised, if there are vertex normals.
+    #[inline]
     fn vertex_normal(&self, triangle: usize, b: [f32; 3]) -> Option<Vec3> {
         let normals = self.normals.as_ref()?;
         let [n0, n1, n2] = self.indices[triangle].map(|i| normals[i as usize]);
@@ -60,14 +61,25 @@ impl TriangleMesh {
         Some(if self.reverse_orientation { -n } else { n })
     }
 
-    /// The unit geometric normal, oriented, of a triangle in the plane of unit normal `n`.
+    /// The unit geometric normal, oriented, of a triangle in the plane of unit normal `n`, where the vertices have that normal.
     #[inline]
-    fn geometric_normal(&self, triangle: usize, n: Vec3, b: [f32; 3]) -> Vec3 {
-        match self.vertex_normal(triangle, b) {
+    fn geometric_normal(&self, n: Vec3, of_vertices: Option<Vec3>) -> Vec3 {
+        match of_vertices {
             Some(ns) if ns.length_squared() > 0.0 => face_forward(n, ns),
             _ if self.flips() => -n,
             _ => n,
         }
+    }
+
+    /// For each corner on which side of a triangle of unit normal `n` its vertex normal is, which decides about the geometric
+    /// normal: positive where on that of `n`.
+    pub(super) fn corner_sides(&self, triangle: usize, n: Vec3) -> [f32; 3] {
+        let normals = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+            .map(|b| self.vertex_normal(triangle, b).unwrap_or(Vec3::ZERO));
+        if normals == [Vec3::ZERO; 3] {
+            return [if self.flips() { -1.0 } else { 1.0 }; 3];
+        }
+        normals.map(|normal| normal.dot(n))
     }
 
     pub(super) fn corner_uvs(&self, triangle: usize) -> [Vec2; 3] {
@@ -100,36 +112,40 @@ impl TriangleMesh {
     }
 
     pub(super) fn intersect(&self, ray: &Ray, t_max: f32, triangle: usize) -> Option<ParametricHit> {
-        Shear::new(ray).intersect(self.corners(triangle), t_max)
+        Shear::new(ray).intersect(self.corners(triangle), t_max, false)
     }
 
     pub(super) fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let triangle = hit.primitive as usize;
         let corners @ [p0, p1, p2] = self.corners(triangle);
         let b = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let uvs @ [uv0, uv1, uv2] = self.corner_uvs(triangle);
-
-        // Solve p0 − p2 = (uv0 − uv2)·(dpdu, dpdv), and the same for the second edge.
-        let texture = TextureMap::new(uvs);
         let (flat_normal, _) = normal_and_area(corners);
-        let (dpdu, dpdv) = texture
-            .as_ref()
-            .map(|texture| texture.derivatives(corners))
-            .filter(|(dpdu, dpdv)| dpdu.cross(*dpdv).length_squared() > 0.0)
-            .unwrap_or_else(|| {
-                let frame = Frame::from_z(-flat_normal);
-                (frame.s, frame.t)
-            });
+        let (uv, (dpdu, dpdv)) = match &self.uvs {
+            None => (Vec2::new(b[1] + b[2], b[2]), (p1 - p0, p2 - p1)),
+            Some(_) => {
+                let uvs @ [uv0, uv1, uv2] = self.corner_uvs(triangle);
+                // Solve p0 − p2 = (uv0 − uv2)·(dpdu, dpdv), and the same for the second edge.
+                let derivatives = TextureMap::new(uvs)
+                    .map(|texture| texture.derivatives(corners))
+                    .filter(|(dpdu, dpdv)| dpdu.cross(*dpdv).length_squared() > 0.0)
+                    .unwrap_or_else(|| {
+                        let frame = Frame::from_z(-flat_normal);
+                        (frame.s, frame.t)
+                    });
+                (b[0] * uv0 + b[1] * uv1 + b[2] * uv2, derivatives)
+            }
+        };
 
         let position = b[0] * p0 + b[1] * p1 + b[2] * p2;
         let magnitude = (b[0] * p0).abs() + (b[1] * p1).abs() + (b[2] * p2).abs();
-        let geometric_normal = self.geometric_normal(triangle, flat_normal, b);
+        let vertex_normal = self.vertex_normal(triangle, b);
+        let geometric_normal = self.geometric_normal(flat_normal, vertex_normal);
         let mut point = SurfacePoint {
             position,
             position_error: gamma(7) * magnitude,
             geometric_normal,
             shading_normal: geometric_normal,
-            uv: b[0] * uv0 + b[1] * uv1 + b[2] * uv2,
+            uv,
             dpdu,
             dpdv,
             shading_dpdu: dpdu,
@@ -144,14 +160,13 @@ impl TriangleMesh {
             instance: NO_INSTANCE,
         };
         if self.normals.is_some() || self.tangents.is_some() {
-            self.shade(triangle, b, texture.as_ref(), &mut point);
+            self.shade(triangle, b, vertex_normal, &mut point);
         }
         point
     }
 
     /// Sets the shading normal and tangents from those of the vertices.
-    fn shade(&self, triangle: usize, b: [f32; 3], texture: Option<&TextureMap>, point: &mut SurfacePoint) {
-        let interpolated = self.vertex_normal(triangle, b);
+    fn shade(&self, triangle: usize, b: [f32; 3], interpolated: Option<Vec3>, point: &mut SurfacePoint) {
         let ns = interpolated.and_then(Vec3::try_normalize).unwrap_or(point.geometric_normal);
         let tangent = match &self.tangents {
             Some(tangents) => {
@@ -174,7 +189,7 @@ impl TriangleMesh {
             let length = interpolated.map_or(1.0, Vec3::length).max(f32::MIN_POSITIVE);
             let scale = if self.reverse_orientation { -1.0 } else { 1.0 } / length;
             let [n0, n1, n2] = self.indices[triangle].map(|i| scale * normals[i as usize]);
-            (point.dndu, point.dndv) = match texture {
+            (point.dndu, point.dndv) = match TextureMap::new(self.corner_uvs(triangle)) {
                 Some(texture) => texture.derivatives([n0, n1, n2]),
                 None => match (n2 - n0).cross(n1 - n0).try_normalize() {
                     Some(n) => {
@@ -191,65 +206,17 @@ impl TriangleMesh {
         normal_and_area(self.corners(triangle)).1
     }
 
-    pub(super) fn sample_at(&self, triangle: usize, b: [f32; 3]) -> AreaSample {
-        let corners @ [p0, p1, p2] = self.corners(triangle);
-        let [uv0, uv1, uv2] = self.corner_uvs(triangle);
-        let magnitude = (b[0] * p0).abs() + (b[1] * p1).abs() + (b[2] * p2).abs();
-        let (normal, area) = normal_and_area(corners);
-        AreaSample {
-            position: b[0] * p0 + b[1] * p1 + b[2] * p2,
-            position_error: gamma(6) * magnitude,
-            normal: self.geometric_normal(triangle, normal, b),
-            uv: b[0] * uv0 + b[1] * uv1 + b[2] * uv2,
-            pdf_area: 1.0 / area,
-        }
+    /// The triangle, ready to be sampled.
+    pub(super) fn flat(&self, triangle: usize) -> FlatTriangle {
+        FlatTriangle::new(self, triangle)
     }
 
     pub(super) fn sample_area(&self, triangle: usize, u: Vec2) -> Option<AreaSample> {
-        let sample = self.sample_at(triangle, warp::uniform_triangle(u));
-        sample.pdf_area.is_finite().then_some(sample)
+        self.flat(triangle).sample_area(u)
     }
 
     pub(super) fn pdf_area(&self, point: &SurfacePoint) -> f32 {
         1.0 / self.area(point.primitive as usize)
-    }
-
-    /// For a triangle that is small against its distance: weights for [`FarMap`] in proportion to what its corners
-    /// contribute to the irradiance of the reference point, cos θ / d³ (the triangle's own cosine is proportional to
-    /// 1/d). Nearly as good as sampling by solid angle, at a fraction of the cost.
-    fn far_weights(&self, reference: &Reference, triangle: usize) -> Option<[f32; 4]> {
-        /// The largest ratio of the longest edge to the distance, squared.
-        const FAR: f32 = 0.64;
-        let corners @ [p0, p1, p2] = self.corners(triangle);
-        let longest = (p1 - p0).length_squared().max((p2 - p1).length_squared()).max((p0 - p2).length_squared());
-        let distance = ((p0 + p1 + p2) * (1.0 / 3.0) - reference.position).length_squared();
-        if !(longest <= FAR * distance && distance < 1e30) {
-            return None;
-        }
-        let [w0, w1, w2] = corners.map(|corner| {
-            let to = corner - reference.position;
-            let inverse_squared = distance / to.length_squared();
-            // At least a hundredth, so that no corner is left out.
-            let height = reference.normal.map_or(1.0, |n| (n.dot(to).abs() * to.length_recip()).max(0.01));
-            height * inverse_squared * inverse_squared.sqrt()
-        });
-        Some([w0, w0, w1, w2])
-    }
-
-    /// The triangle on the sphere around the reference point, unless it is so small that sampling by area is as good, or
-    /// so large that the map loses its precision (the limits are pbrt-v4's).
-    fn spherical(&self, reference: &Reference, triangle: usize) -> Option<SphericalTriangle> {
-        const LEAST: f32 = 3e-4;
-        const GREATEST: f32 = 6.22;
-        let [p0, p1, p2] = self.corners(triangle).map(|p| p - reference.position);
-        SphericalTriangle::new(p0, p1, p2).filter(|s| (LEAST..=GREATEST).contains(&s.solid_angle()))
-    }
-
-    /// The cosine weights over the unit square that [`SphericalTriangle::sample`] maps to the triangle: its side
-    /// `u.y = 0` goes to the second corner.
-    fn weights(&self, reference: &Reference, triangle: usize) -> Option<[f32; 4]> {
-        let [p0, p1, p2] = self.corners(triangle);
-        reference.cosine_weights([p1, p1, p0, p2])
     }
 
     pub(super) fn sample_solid_angle(
@@ -258,43 +225,17 @@ impl TriangleMesh {
         triangle: usize,
         u: Vec2,
     ) -> Option<SolidAngleSample> {
-        if let Some(weights) = self.far_weights(reference, triangle) {
-            let point = warp::bilinear(u, weights);
-            let mut sample = self.sample_at(triangle, FarMap::barycentric(point));
-            sample.pdf_area *= warp::bilinear_pdf(point, weights);
-            return sample.seen_from(reference.position);
-        }
-        let Some(spherical) = self.spherical(reference, triangle) else {
-            return self.sample_area(triangle, u)?.seen_from(reference.position);
-        };
-        let weights = self.weights(reference, triangle);
-        let warped = weights.map_or(u, |w| warp::bilinear(u, w));
-        let pdf = spherical.pdf() * weights.map_or(1.0, |w| warp::bilinear_pdf(warped, w));
-        let AreaSample { position, position_error, normal, uv, .. } =
-            self.sample_at(triangle, spherical.sample(warped).barycentric);
-        (pdf > 0.0).then_some(SolidAngleSample { position, position_error, normal, uv, pdf })
+        self.flat(triangle).sample_solid_angle(reference, u)
     }
 
     pub(super) fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
-        let triangle = point.primitive as usize;
-        if let Some(weights) = self.far_weights(reference, triangle) {
-            let density = warp::bilinear_pdf(FarMap::square(point.parametric), weights);
-            return sample::pdf_from_area(reference, point, density * self.pdf_area(point));
-        }
-        let Some(spherical) = self.spherical(reference, triangle) else {
-            return sample::pdf_from_area(reference, point, self.pdf_area(point));
-        };
-        let weight = self.weights(reference, triangle).map_or(1.0, |w| {
-            let direction = (point.position - reference.position).normalize_or_zero();
-            warp::bilinear_pdf(spherical.inverse(direction), w)
-        });
-        spherical.pdf() * weight
+        self.flat(point.primitive as usize).pdf_solid_angle(reference, point)
     }
 }
 
 /// The unit normal along `(p1 − p0) × (p2 − p0)` and the area; the product in `f64`, so that slivers have one too.
 #[inline]
-fn normal_and_area([p0, p1, p2]: [Vec3; 3]) -> (Vec3, f32) {
+pub(super) fn normal_and_area([p0, p1, p2]: [Vec3; 3]) -> (Vec3, f32) {
     let (p0, p1, p2) = (p0.as_dvec3(), p1.as_dvec3(), p2.as_dvec3());
     let cross = (p1 - p0).cross(p2 - p0);
     let length_squared = cross.length_squared();
@@ -304,25 +245,6 @@ fn normal_and_area([p0, p1, p2]: [Vec3; 3]) -> (Vec3, f32) {
         (cross.as_vec3() / length, 0.5 * length)
     } else {
         (cross.normalize_or_zero().as_vec3(), (0.5 * cross.length()) as f32)
-    }
-}
-
-/// The map from the unit square to a triangle that keeps areas, with the side `y = 0` at the first corner, `(0, 1)` at the
-/// second and `(1, 1)` at the third.
-struct FarMap;
-
-impl FarMap {
-    #[inline]
-    fn barycentric(p: Vec2) -> [f32; 3] {
-        let t = p.y.sqrt();
-        [1.0 - t, t * (1.0 - p.x), t * p.x]
-    }
-
-    /// The inverse, of the second and third barycentric coordinate.
-    #[inline]
-    fn square(b: Vec2) -> Vec2 {
-        let t = (b.x + b.y).clamp(0.0, 1.0);
-        Vec2::new(if t > 0.0 { (b.y / t).clamp(0.0, 1.0) } else { 0.5 }, t * t)
     }
 }
 
@@ -406,10 +328,11 @@ impl Shear {
         )
     }
 
-    /// The hit at `0 < t ≤ t_max`; where rounding leaves it open whether `t` is positive, `f64` decides. The SIMD tests do the same arithmetic in the
-    /// same order, so that they agree to the last bit.
+    /// The hit at `0 < t ≤ t_max`; where rounding leaves it open whether `t` is positive, there is none if the ray `leaves`
+    /// the triangle, and otherwise `f64` decides. The SIMD tests do the same arithmetic in the same order, so that they agree to
+    /// the last bit.
     #[inline]
-    pub fn intersect(&self, corners: [Vec3; 3], t_max: f32) -> Option<ParametricHit> {
+    pub fn intersect(&self, corners: [Vec3; 3], t_max: f32, leaves: bool) -> Option<ParametricHit> {
         let [(x0, y0, h0, z0), (x1, y1, h1, z1), (x2, y2, h2, z2)] = corners.map(|p| self.vertex(p));
         let (mut e0, mut e1, mut e2) = (x1 * y2 - y1 * x2, x2 * y0 - y2 * x0, x0 * y1 - y0 * x1);
         if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
@@ -442,14 +365,17 @@ impl Shear {
         let max_y = y0.abs().max(y1.abs()).max(y2.abs());
         let max_e = e0.abs().max(e1.abs()).max(e2.abs());
         if t.abs() <= t_error(max_x, max_y, max_h, max_z, max_e, determinant.abs()) {
+            if leaves {
+                return None;
+            }
             t = self.plane_distance(corners)?;
         }
         // NaN, which only overflow makes, is no hit.
         (t > 0.0 && t <= t_max).then_some((t, e1 / determinant, e2 / determinant))
     }
 
-    /// Where the ray meets the plane of a triangle, in `f64`, for rays that start near it or run along it; `None` where
-    /// not even that tells whether it does, as for origins in the plane.
+    /// Where the ray meets the plane of a triangle, in `f64`, for rays that start near it or run along it; `None` where that
+    /// is behind the origin, and where not even `f64` tells where it is, as for origins in the plane.
     #[inline]
     pub fn plane_distance(&self, corners: [Vec3; 3]) -> Option<f32> {
         const MARGIN: f64 = 1e-14;
@@ -459,9 +385,13 @@ impl Shear {
         let (a, b) = (p1 - p0, p2 - p0);
         let normal = a.cross(b);
         let (height, slope) = (normal.dot(p0), normal.dot(direction));
-        let size = a.length() * b.length() * MARGIN;
-        (height.abs() > size * p0.length() && slope.abs() > size * direction.length())
-            .then_some((height / slope) as f32)
+        if (height > 0.0) != (slope > 0.0) {
+            return None;
+        }
+        let size_squared = a.length_squared() * b.length_squared() * (MARGIN * MARGIN);
+        (height * height > size_squared * p0.length_squared()
+            && slope * slope > size_squared * direction.length_squared())
+        .then_some((height / slope) as f32)
     }
 }
 

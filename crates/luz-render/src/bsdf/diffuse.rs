@@ -17,7 +17,7 @@ pub struct Diffuse {
 impl Diffuse {
     /// Reflects the fraction `reflectance`, in `[0, 1]`.
     #[inline]
-    pub fn new(reflectance: SampledSpectrum) -> Self {
+    pub const fn new(reflectance: SampledSpectrum) -> Self {
         Self { reflectance }
     }
 

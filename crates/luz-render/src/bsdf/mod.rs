@@ -92,8 +92,17 @@ impl Bsdf<'_> {
     }
 
     /// [`f`](Self::f) and [`pdf`](Self::pdf) together, for less than the price of both.
-    #[inline]
+    #[inline(always)]
     pub fn evaluate(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (SampledSpectrum, f32) {
+        match self {
+            Self::Diffuse(bsdf) => bsdf.evaluate(wo, wi),
+            other => other.evaluate_other(wo, wi, mode),
+        }
+    }
+
+    /// [`evaluate`](Self::evaluate) of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn evaluate_other(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> (SampledSpectrum, f32) {
         match self {
             Self::Diffuse(bsdf) => bsdf.evaluate(wo, wi),
             Self::DiffuseTransmission(bsdf) => bsdf.evaluate(wo, wi),
@@ -111,8 +120,17 @@ impl Bsdf<'_> {
     /// A direction, with its value and density; `None` where the sample leads nowhere.
     ///
     /// `uc` picks the lobe, `u` the direction in it, all in `[0, 1)`.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        match self {
+            Self::Diffuse(bsdf) => bsdf.sample(wo, u),
+            other => other.sample_other(wo, uc, u, mode),
+        }
+    }
+
+    /// [`sample`](Self::sample) of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn sample_other(&self, wo: Vec3, uc: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(bsdf) => bsdf.sample(wo, u),
             Self::DiffuseTransmission(bsdf) => bsdf.sample(wo, uc, u),

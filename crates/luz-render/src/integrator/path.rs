@@ -10,10 +10,10 @@ use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
 use crate::light::{Combination, EmittedSpectrum, LightContext, Target};
 use crate::material::Shading;
-use crate::world::{Interaction, World};
+use crate::world::World;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Ray, Reference, SurfacePoint};
+use luz_geometry::{Ray, Reference, SurfacePoint, renormalized};
 use luz_sample::Samples;
 use luz_sample::mis::Heuristic;
 use luz_sample::roulette::{Continuations, Limits, Roulette, throughput_survival};
@@ -207,25 +207,29 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             self.infinite_light(branch);
             return Err(PathEnd::Escaped);
         };
-        let interaction = world.interaction(&branch.ray, &hit);
-        self.emission_at(branch, &interaction);
+        let surface = world.accelerator().surface(&branch.ray, &hit);
+        let (material, light) = world.identity(&hit);
+        if let Some(light) = light {
+            self.emission_at(branch, &surface, light);
+        }
         let is_last = branch.depth == settings.max_depth;
-        if is_last && !self.observer.wants_vertex() && world.material(interaction.material).always_scatters() {
+        if is_last && !self.observer.wants_vertex() && world.material(material).always_scatters() {
             return Err(PathEnd::MaxDepth);
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let Some(mut shading) = Shading::at(world, camera, &interaction, seen, self.wavelengths) else {
+        let mut shading = Shading::black();
+        if !shading.set(world, camera, &surface, material, seen, self.wavelengths) {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
-            self.observe(PathEvent::Passage { surface: &interaction.surface });
+            self.observe(PathEvent::Passage { surface: &surface });
             branch.passages += 1;
-            branch.ray.origin = interaction.surface.offset_origin(branch.ray.direction);
+            branch.ray = surface.leave(branch.ray.direction);
             return if branch.passages > MAX_PASSAGES { Err(PathEnd::TooManyPassages) } else { Ok(()) };
-        };
+        }
         self.observe(PathEvent::Vertex(Vertex {
             depth: branch.depth,
             ray: &branch.ray,
-            surface: &interaction.surface,
+            surface: &surface,
             shading: &shading,
             outgoing,
         }));
@@ -236,10 +240,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             shading.bsdf.regularize();
         }
         if self.ledger.is_none() {
-            *branch = self.scatter(branch, &interaction.surface, &shading, true)?;
-            return Ok(());
+            return self.scatter(branch, &surface, &shading, true);
         }
-        self.split(branch, &interaction.surface, &shading)
+        self.split(branch, &surface, &shading)
     }
 
     /// Goes on from a vertex as often as it is worth the rays.
@@ -267,8 +270,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             if let Some(ledger) = &mut self.ledger {
                 parent.account = ledger.open(branch.account, surface, parent.throughput);
             }
-            match self.scatter(&parent, surface, shading, known.is_none()) {
-                Ok(child) => self.waiting.extend(last.replace(child)),
+            let mut child = parent;
+            match self.scatter(&mut child, surface, shading, known.is_none()) {
+                Ok(()) => self.waiting.extend(last.replace(child)),
                 Err(PathEnd::NotFinite) => return Err(PathEnd::NotFinite),
                 Err(why) => end = why,
             }
@@ -277,15 +281,15 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         Ok(())
     }
 
-    /// Looks for direct light at a vertex, and goes on from it, unless roulette by throughput ends the path.
+    /// Looks for direct light at a vertex, and sends the branch on from it, unless roulette by throughput ends the path.
     #[inline(always)]
     fn scatter(
         &mut self,
-        branch: &Branch,
+        branch: &mut Branch,
         surface: &SurfacePoint,
         shading: &Shading<'_>,
         may_end: bool,
-    ) -> Result<Branch, PathEnd> {
+    ) -> Result<(), PathEnd> {
         let first_dimension = branch.bounce_dimension();
         self.samples.set_dimension(first_dimension);
         let light_u = self.samples.next_2d();
@@ -299,7 +303,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let Some(sample) = shading.bsdf.sample(wo, lobe_u, direction_u, TransportMode::Radiance) else {
             return Err(PathEnd::Absorbed);
         };
-        let direction = shading.frame.to_world(sample.wi).normalize();
+        let direction = renormalized(shading.frame.to_world(sample.wi));
         let mut throughput = branch.throughput * (sample.f * (sample.wi.z.abs() / sample.pdf));
         self.observe(PathEvent::Scatter { sample, direction, throughput });
         if !throughput.is_finite() {
@@ -318,21 +322,15 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             }
             throughput *= weight;
         }
-        Ok(Branch {
-            ray: Ray::new(surface.offset_origin(direction), direction, branch.ray.time),
-            throughput,
-            eta_scale,
-            departure: Departure {
-                reference: Reference::surface(surface.position, shading.frame.n),
-                pdf: departure_pdf(&shading.bsdf, wo, &sample),
-                is_offered: is_offered(branch, shading),
-            },
-            depth,
-            passages: branch.passages,
-            has_scattered: branch.has_scattered || !sample.flags.is_specular(),
-            dimension: branch.dimension,
-            account: branch.account,
-        })
+        branch.departure = Departure {
+            reference: Reference::surface(surface.position, shading.frame.n),
+            pdf: departure_pdf(&shading.bsdf, wo, &sample),
+            is_offered: is_offered(branch, shading),
+        };
+        branch.ray = surface.leave(direction);
+        (branch.throughput, branch.eta_scale, branch.depth) = (throughput, eta_scale, depth);
+        branch.has_scattered |= !sample.flags.is_specular();
+        Ok(())
     }
 
     /// Adds light that the BSDF has found, which light sampling would have found with density `light_pdf`.
@@ -388,11 +386,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
     }
 
     #[inline(always)]
-    fn emission_at(&mut self, branch: &Branch, interaction: &Interaction) {
+    fn emission_at(&mut self, branch: &Branch, surface: &SurfacePoint, number: u32) {
         let world = self.tracer.world;
-        let Some(number) = interaction.light else { return };
         let Some(light) = world.area_light(number) else { return };
-        let surface = &interaction.surface;
         let toward = -branch.ray.direction;
         let emitted = self.lights.radiance(light, surface.geometric_normal, surface.uv, toward, self.wavelengths);
         if !emitted.is_black() {

@@ -11,8 +11,8 @@ use crate::texture::{FloatTextureId, SpectrumImage, SurfaceContext};
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{
-    AreaSample, Bounds3, Frame, NO_INSTANCE, Reference, Shape, ShapeId, SolidAngleSample, SurfacePoint,
-    offset_ray_origin,
+    AreaSample, Bounds3, Frame, NO_INSTANCE, PreparedPrimitive, Reference, Shape, ShapeId, SolidAngleSample,
+    SurfacePoint, offset_ray_origin,
 };
 use luz_sample::distribution::TexelTree;
 use luz_sample::warp;
@@ -71,7 +71,7 @@ pub(crate) fn brightness(rgb: [f32; 3]) -> f32 {
 }
 
 /// One emitting primitive: a triangle or patch of a mesh, or a whole quadric.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AreaLight {
     /// The shape, as the accelerator numbers it.
     pub shape: u32,
@@ -87,6 +87,8 @@ pub struct AreaLight {
     pub alpha: Option<FloatTextureId>,
     /// True where no ray meets the surface although it shines: as in pbrt-v4, of shapes with a constant `alpha` of zero.
     pub is_unseen: bool,
+    /// The primitive, where it is of a kind that is worth preparing.
+    pub prepared: Option<Box<PreparedPrimitive>>,
 }
 
 impl AreaLight {
@@ -99,8 +101,31 @@ impl AreaLight {
         if alpha > 0.0 { density / alpha.min(1.0) } else { 0.0 }
     }
 
-    /// Draws a point of the light as seen from `reference`.
+    /// A point of the primitive as seen from `reference`.
+    #[inline(always)]
+    fn sample_solid_angle(
+        &self,
+        context: LightContext<'_>,
+        reference: &Reference,
+        u: Vec2,
+    ) -> Option<SolidAngleSample> {
+        match &self.prepared {
+            Some(prepared) => prepared.sample_solid_angle(reference, u),
+            None => context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u),
+        }
+    }
+
+    /// Its density.
     #[inline]
+    fn pdf_solid_angle(&self, context: LightContext<'_>, reference: &Reference, point: &SurfacePoint) -> f32 {
+        match &self.prepared {
+            Some(prepared) => prepared.pdf_solid_angle(reference, point),
+            None => context.accelerator.pdf_solid_angle(reference, point),
+        }
+    }
+
+    /// Draws a point of the light as seen from `reference`.
+    #[inline(always)]
     pub fn sample(
         &self,
         context: LightContext<'_>,
@@ -111,7 +136,7 @@ impl AreaLight {
         if self.is_drawn_by_image(context) {
             return self.sample_by_image(context, reference, u, wavelengths);
         }
-        let point = context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
+        let point = self.sample_solid_angle(context, reference, u)?;
         let direction = (point.position - reference.position).normalize();
         let pdf = self.among_met(context, point.pdf, point.position, point.uv);
         if pdf <= 0.0 || !direction.is_finite() {
@@ -121,7 +146,8 @@ impl AreaLight {
         (!radiance.is_black()).then_some(LightSample {
             radiance,
             direction,
-            target: Target::Surface { position: point.position, error: point.position_error, normal: point.normal },
+            // Moved off the surface at once: a point is less to hand on.
+            target: Target::Point(offset_ray_origin(point.position, point.position_error, point.normal, -direction)),
             pdf,
             is_delta: self.is_unseen,
         })
@@ -133,7 +159,7 @@ impl AreaLight {
     pub fn pdf(&self, context: LightContext<'_>, reference: &Reference, hit: &SurfacePoint) -> f32 {
         let density = match self.is_drawn_by_image(context) {
             true => self.pdf_by_image(context, reference, hit),
-            false => context.accelerator.pdf_solid_angle(reference, hit),
+            false => self.pdf_solid_angle(context, reference, hit),
         };
         self.among_met(context, density, hit.position, hit.uv)
     }
@@ -172,7 +198,7 @@ impl AreaLight {
             self.sample_image_point(context, Some(reference), u)?
         } else {
             let SolidAngleSample { position, position_error: error, normal, uv, pdf } =
-                context.accelerator.sample_solid_angle(reference, ShapeId(self.shape), self.primitive, u)?;
+                self.sample_solid_angle(context, reference, u)?;
             let parametric = self.parametric(context, position, uv);
             let point = EmittingPoint { position, error, normal, uv, parametric };
             (point, point.area_density(pdf, reference.position))
@@ -185,7 +211,7 @@ impl AreaLight {
         let density = if self.is_drawn_by_image(context) {
             self.image_point_pdf(context, Some(reference), point)
         } else {
-            let pdf = context.accelerator.pdf_solid_angle(reference, &self.surface_point(point));
+            let pdf = self.pdf_solid_angle(context, reference, &self.surface_point(point));
             point.area_density(pdf, reference.position)
         };
         self.among_met(context, density, point.position, point.uv)

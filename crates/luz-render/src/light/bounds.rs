@@ -3,7 +3,7 @@
 //! Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", section 4, with the
 //! receiver's cosine as in pbrt-v4.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use luz_geometry::{Bounds3, Reference};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -96,104 +96,132 @@ pub(super) fn union_of_cones((a, cos_a): (Vec3, f32), (b, cos_b): (Vec3, f32)) -
 /// How many lights or groups are asked at once.
 pub(super) const LANES: usize = 8;
 
+/// How many of them fill a register everywhere.
+const QUAD: usize = 4;
+
 /// Several [`LightBounds`] as they are asked, side by side: the sphere around the box instead of the box.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Beacons([Quad; LANES / QUAD]);
+
+/// Four of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Beacons {
-    center: [[f32; LANES]; 3],
-    radius_squared: [f32; LANES],
-    axis: [[f32; LANES]; 3],
-    cos_normals: [f32; LANES],
-    sin_normals: [f32; LANES],
-    cos_emission: [f32; LANES],
+struct Quad {
+    center: [Vec4; 3],
+    radius_squared: Vec4,
+    axis: [Vec4; 3],
+    cos_normals: Vec4,
+    sin_normals: Vec4,
+    cos_emission: Vec4,
     /// Zero where there is nothing.
-    strength: [f32; LANES],
-    /// All bits of the sign where light leaves on one side, none where on both: what the cosine keeps of its sign.
-    sign: [u32; LANES],
+    strength: Vec4,
+    /// One where light leaves on one side, minus one where on both: the greater of the cosine and this times it counts.
+    mirror: Vec4,
 }
 
-impl Default for Beacons {
+impl Default for Quad {
     fn default() -> Self {
         Self {
-            center: [[0.0; LANES]; 3],
-            radius_squared: [0.0; LANES],
-            axis: [[0.0; LANES]; 3],
-            cos_normals: [-1.0; LANES],
-            sin_normals: [0.0; LANES],
-            cos_emission: [0.0; LANES],
-            strength: [0.0; LANES],
-            sign: [1 << 31; LANES],
+            center: [Vec4::ZERO; 3],
+            radius_squared: Vec4::ZERO,
+            axis: [Vec4::ZERO; 3],
+            cos_normals: Vec4::NEG_ONE,
+            sin_normals: Vec4::ZERO,
+            cos_emission: Vec4::ZERO,
+            strength: Vec4::ZERO,
+            mirror: Vec4::ONE,
         }
     }
 }
 
 /// What grazes is not left out, lest rounding decide whether it can be chosen at all.
-const LEAST_COSINE: f32 = 1e-4;
+const LEAST_COSINE: Vec4 = Vec4::splat(1e-4);
 /// Finite, so that sums and quotients are.
-const GREATEST_IMPORTANCE: f32 = 1e30;
+const GREATEST_IMPORTANCE: Vec4 = Vec4::splat(1e30);
+/// The square of a distance that counts as one.
+const LEAST_SQUARED: Vec4 = Vec4::splat(1e-30);
 
 /// Cosine and sine of `max(0, a − b)`, of angles given by their cosines and sines.
 #[inline(always)]
-fn difference((cos_a, sin_a): (f32, f32), (cos_b, sin_b): (f32, f32)) -> (f32, f32) {
-    let within = cos_a > cos_b;
+fn difference((cos_a, sin_a): (Vec4, Vec4), (cos_b, sin_b): (Vec4, Vec4)) -> (Vec4, Vec4) {
+    let within = cos_a.cmpgt(cos_b);
     let (cos, sin) = (cos_a * cos_b + sin_a * sin_b, sin_a * cos_b - cos_a * sin_b);
-    (if within { 1.0 } else { cos }, if within { 0.0 } else { sin })
+    (Vec4::select(within, Vec4::ONE, cos), Vec4::select(within, Vec4::ZERO, sin))
 }
 
 #[inline(always)]
-fn with_sine(cos: f32) -> (f32, f32) {
-    (cos, (1.0 - cos * cos).max(0.0).sqrt())
+fn with_sine(cos: Vec4) -> (Vec4, Vec4) {
+    (cos, (Vec4::ONE - cos * cos).max(Vec4::ZERO).sqrt())
+}
+
+#[inline(always)]
+fn dot(a: [Vec4; 3], b: [Vec4; 3]) -> Vec4 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Beacons {
-    /// Puts bounds into a lane.
+    /// Puts bounds into a lane. Lanes are filled from the first on.
     pub fn set(&mut self, lane: usize, bounds: &LightBounds) {
+        let (quad, lane) = (&mut self.0[lane / QUAD], lane % QUAD);
         let center = bounds.bounds.center();
         for k in 0..3 {
-            self.center[k][lane] = center[k];
-            self.axis[k][lane] = bounds.axis[k];
+            quad.center[k][lane] = center[k];
+            quad.axis[k][lane] = bounds.axis[k];
         }
-        self.radius_squared[lane] = 0.25 * bounds.bounds.diagonal().length_squared();
-        self.cos_normals[lane] = bounds.cos_normals;
-        self.sin_normals[lane] = (1.0 - bounds.cos_normals * bounds.cos_normals).max(0.0).sqrt();
-        self.cos_emission[lane] = bounds.cos_emission;
-        self.strength[lane] = bounds.strength;
-        self.sign[lane] = if bounds.two_sided { 0 } else { 1 << 31 };
+        quad.radius_squared[lane] = 0.25 * bounds.bounds.diagonal().length_squared();
+        quad.cos_normals[lane] = bounds.cos_normals;
+        quad.sin_normals[lane] = (1.0 - bounds.cos_normals * bounds.cos_normals).max(0.0).sqrt();
+        quad.cos_emission[lane] = bounds.cos_emission;
+        quad.strength[lane] = bounds.strength;
+        quad.mirror[lane] = if bounds.two_sided { -1.0 } else { 1.0 };
     }
 
     /// Whether a lane holds anything.
     pub fn has(&self, lane: usize) -> bool {
-        self.strength[lane] > 0.0
+        self.0[lane / QUAD].strength[lane % QUAD] > 0.0
     }
 
     /// Of each lane about the irradiance at `reference`, as bright as it can be for any light in the box; 0 only where
-    /// none arrives. Without branches, for the compiler to do lanes side by side.
+    /// none arrives.
     #[inline]
     pub fn importances(&self, reference: &Reference) -> [f32; LANES] {
-        let [px, py, pz] = reference.position.to_array();
-        let [nx, ny, nz] = reference.normal.unwrap_or(Vec3::ZERO).to_array();
-        let is_free = reference.normal.is_none();
-        std::array::from_fn(|i| {
-            let (x, y, z) = (px - self.center[0][i], py - self.center[1][i], pz - self.center[2][i]);
-            let distance_squared = x * x + y * y + z * z;
-            // Within the sphere light may come from anywhere; the distance is its radius at least.
-            let far_squared = distance_squared.max(self.radius_squared[i]).max(1e-30);
-            let inverse = 1.0 / distance_squared.max(1e-30).sqrt();
-            // The angle under which the sphere is seen, and by which all others may be less.
-            let sin_squared = self.radius_squared[i] / far_squared;
-            let seen = ((1.0 - sin_squared).sqrt(), sin_squared.sqrt());
-            let cos = (x * self.axis[0][i] + y * self.axis[1][i] + z * self.axis[2][i]) * inverse;
-            let cos = f32::from_bits(cos.to_bits() & (self.sign[i] | 0x7fff_ffff)).clamp(-1.0, 1.0);
-            let beyond = difference(with_sine(cos), (self.cos_normals[i], self.sin_normals[i]));
-            let (emitted, _) = difference(beyond, seen);
-            let cos = ((x * nx + y * ny + z * nz) * inverse).abs().min(1.0);
-            let (received, _) = difference(with_sine(cos), seen);
-            let received = if is_free { 1.0 } else { received };
-            let inside = distance_squared <= self.radius_squared[i];
-            let cosines = if inside { 1.0 } else { (emitted * received).max(LEAST_COSINE) };
-            let arrives = inside | (emitted >= self.cos_emission[i]);
-            let importance = (self.strength[i] * cosines / far_squared).min(GREATEST_IMPORTANCE);
-            if arrives { importance } else { 0.0 }
-        })
+        let mut importances = [0.0; LANES];
+        for (quad, importances) in self.0.iter().zip(importances.chunks_exact_mut(QUAD)) {
+            if quad.strength.x > 0.0 {
+                importances.copy_from_slice(&quad.importances(reference).to_array());
+            }
+        }
+        importances
+    }
+}
+
+impl Quad {
+    #[inline(always)]
+    fn importances(&self, reference: &Reference) -> Vec4 {
+        let p = reference.position.to_array();
+        let from: [Vec4; 3] = [0, 1, 2].map(|k| Vec4::splat(p[k]) - self.center[k]);
+        let distance_squared = dot(from, from);
+        // Within the sphere light may come from anywhere; the distance is its radius at least.
+        let far_squared = distance_squared.max(self.radius_squared).max(LEAST_SQUARED);
+        let inverse = Vec4::ONE / distance_squared.max(LEAST_SQUARED).sqrt();
+        // The angle under which the sphere is seen, and by which all others may be less.
+        let sin_squared = self.radius_squared / far_squared;
+        let seen = ((Vec4::ONE - sin_squared).sqrt(), sin_squared.sqrt());
+        let cos = dot(from, self.axis) * inverse;
+        let cos = cos.max(cos * self.mirror).max(Vec4::NEG_ONE).min(Vec4::ONE);
+        let beyond = difference(with_sine(cos), (self.cos_normals, self.sin_normals));
+        let (emitted, _) = difference(beyond, seen);
+        let received = match reference.normal {
+            Some(n) => {
+                let cos = (dot(from, n.to_array().map(Vec4::splat)) * inverse).abs().min(Vec4::ONE);
+                difference(with_sine(cos), seen).0
+            }
+            None => Vec4::ONE,
+        };
+        let inside = distance_squared.cmple(self.radius_squared);
+        let cosines = Vec4::select(inside, Vec4::ONE, (emitted * received).max(LEAST_COSINE));
+        let arrives = inside | emitted.cmpge(self.cos_emission);
+        let importance = (self.strength * cosines / far_squared).min(GREATEST_IMPORTANCE);
+        Vec4::select(arrives, importance, Vec4::ZERO)
     }
 }
 

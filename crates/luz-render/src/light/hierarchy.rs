@@ -82,21 +82,47 @@ impl LightHierarchy {
         Self { nodes, places, leaves }
     }
 
-    /// About the irradiance of all lights at `reference`; 0 where none can arrive.
+    /// The lights as they are seen from `reference`.
     #[inline]
-    pub fn importance(&self, reference: &Reference) -> f32 {
-        self.nodes.first().map_or(0.0, |root| root.beacons.importances(reference).iter().sum())
+    pub fn seen_from<'a>(&'a self, reference: &'a Reference) -> LightsSeen<'a> {
+        let root = self.nodes.first().map_or([0.0; LANES], |root| root.beacons.importances(reference));
+        LightsSeen { tree: self, reference, root, importance: root.iter().sum() }
     }
 
-    /// A light, its probability as seen from `reference`, and a number in `[0, 1)` made of what choosing has left of
-    /// `u`; `None` where no light arrives.
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * (size_of::<Node>() + size_of::<Place>()) + self.leaves.len() * size_of::<Place>()
+    }
+}
+
+/// The lights of a tree as they are seen from a point, which asks those at the root but once.
+#[derive(Clone, Copy, Debug)]
+pub struct LightsSeen<'a> {
+    tree: &'a LightHierarchy,
+    reference: &'a Reference,
+    /// What the children of the root give.
+    root: [f32; LANES],
+    importance: f32,
+}
+
+impl LightsSeen<'_> {
+    /// About the irradiance of all lights; 0 where none can arrive.
     #[inline]
-    pub fn sample(&self, reference: &Reference, mut u: f32) -> Option<(usize, f32, f32)> {
-        let mut node = self.nodes.first()?;
+    pub fn importance(&self) -> f32 {
+        self.importance
+    }
+
+    /// A light, its probability, and a number in `[0, 1)` made of what choosing has left of `u`; `None` where no light
+    /// arrives.
+    #[inline]
+    pub fn sample(&self, mut u: f32) -> Option<(usize, f32, f32)> {
+        let mut node = self.tree.nodes.first()?;
+        let (mut importances, mut total) = (self.root, self.importance);
         let mut probability = 1.0;
         loop {
-            let importances = node.beacons.importances(reference);
-            let total = total(&importances)?;
+            if total.is_nan() || total <= 0.0 {
+                return None;
+            }
             let target = u * total;
             let (mut lane, mut before) = (0, 0.0);
             // Rounding may go beyond the last: it stays with the last that has any importance.
@@ -116,37 +142,30 @@ impl LightHierarchy {
             if child & LEAF != 0 {
                 return (probability > 0.0).then_some(((child & !LEAF) as usize, probability, u));
             }
-            node = &self.nodes[child as usize];
+            node = &self.tree.nodes[child as usize];
+            importances = node.beacons.importances(self.reference);
+            total = importances.iter().sum();
         }
     }
 
     /// The probability with which [`sample`](Self::sample) chooses a light that is in the tree.
     #[inline]
-    pub fn probability(&self, reference: &Reference, light: usize) -> f32 {
-        let Some(mut place) = self.leaves.get(light).copied() else { return 0.0 };
+    pub fn probability(&self, light: usize) -> f32 {
+        let Some(mut place) = self.tree.leaves.get(light).copied() else { return 0.0 };
         let mut probability = 1.0;
-        loop {
-            let importances = self.nodes[place.node as usize].beacons.importances(reference);
-            let Some(total) = total(&importances) else { return 0.0 };
-            probability *= importances[place.lane as usize] / total;
-            if place.node == 0 || probability == 0.0 {
-                return probability;
-            }
-            place = self.places[place.node as usize];
+        while place.node != 0 && probability > 0.0 {
+            let importances = self.tree.nodes[place.node as usize].beacons.importances(self.reference);
+            probability *= share(importances[place.lane as usize], importances.iter().sum());
+            place = self.tree.places[place.node as usize];
         }
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.nodes.len() * (size_of::<Node>() + size_of::<Place>()) + self.leaves.len() * size_of::<Place>()
+        if probability > 0.0 { probability * share(self.root[place.lane as usize], self.importance) } else { 0.0 }
     }
 }
 
-/// Their sum, if there is any.
+/// What a part is of a sum that may be zero.
 #[inline(always)]
-fn total(importances: &[f32; LANES]) -> Option<f32> {
-    let sum = importances.iter().sum::<f32>();
-    (sum > 0.0).then_some(sum)
+fn share(part: f32, sum: f32) -> f32 {
+    if sum > 0.0 { part / sum } else { 0.0 }
 }
 
 /// Builds the binary tree over `entries` into `forks`, one fewer, of which the first is number `base`. Returns what it
@@ -319,12 +338,13 @@ mod tests {
             let used: Vec<usize> =
                 lights.iter().filter(|(_, b)| b.strength > 0.0).map(|(light, _)| *light as usize).collect();
             for reference in references() {
-                let sum: f32 = used.iter().map(|&light| tree.probability(&reference, light)).sum();
-                let chosen: Vec<_> = (0..64).filter_map(|i| tree.sample(&reference, (i as f32 + 0.5) / 64.0)).collect();
+                let sum: f32 = used.iter().map(|&light| tree.seen_from(&reference).probability(light)).sum();
+                let chosen: Vec<_> =
+                    (0..64).filter_map(|i| tree.seen_from(&reference).sample((i as f32 + 0.5) / 64.0)).collect();
                 // A group may promise what none of its lights keeps; what falls there is lost.
                 assert!(sum <= 1.0 + 1e-4, "{count}: {sum}");
                 for (light, probability, remapped) in chosen {
-                    let again = tree.probability(&reference, light);
+                    let again = tree.seen_from(&reference).probability(light);
                     assert!((again / probability - 1.0).abs() < 1e-4, "{count}: {again} {probability}");
                     assert!((0.0..1.0).contains(&remapped) && used.contains(&light));
                 }
@@ -342,7 +362,7 @@ mod tests {
         let mut observed = vec![0u64; 24 * 4 + 1];
         for i in 0..N {
             let mut random = Random::new(3, 2, i);
-            let index = match tree.sample(&reference, random.next_1d()) {
+            let index = match tree.seen_from(&reference).sample(random.next_1d()) {
                 Some((light, _, remapped)) => light * 4 + (remapped * 4.0) as usize,
                 None => 24 * 4,
             };
@@ -350,7 +370,11 @@ mod tests {
         }
         let expected = |wrong: f64| {
             let of = |light: usize| {
-                if lights[light].1.strength > 0.0 { f64::from(tree.probability(&reference, light)) } else { 0.0 }
+                if lights[light].1.strength > 0.0 {
+                    f64::from(tree.seen_from(&reference).probability(light))
+                } else {
+                    0.0
+                }
             };
             let mut all: Vec<f64> = (0..24 * 4).map(|i| of(i / 4) * N as f64 / 4.0).collect();
             let lost = N as f64 - all.iter().sum::<f64>();
@@ -372,7 +396,7 @@ mod tests {
         for reference in references() {
             for (light, bounds) in &lights {
                 if bounds.importance(&reference) > 1e-4 {
-                    assert!(tree.probability(&reference, *light as usize) > 0.0, "{light}");
+                    assert!(tree.seen_from(&reference).probability(*light as usize) > 0.0, "{light}");
                 }
             }
         }
@@ -381,11 +405,11 @@ mod tests {
     #[test]
     fn trees_of_nothing_and_of_one_place() {
         let none = LightHierarchy::new([], 0);
-        assert!(none.sample(&Reference::point(Vec3::ZERO), 0.5).is_none());
+        assert!(none.seen_from(&Reference::point(Vec3::ZERO)).sample(0.5).is_none());
         let same: Vec<_> = (0..50).map(|i| (i, LightBounds::point(Vec3::ONE, 1.0))).collect();
         let tree = LightHierarchy::new(same, 50);
         let there = Reference::point(Vec3::ONE);
-        let total: f32 = (0..50).map(|light| tree.probability(&there, light)).sum();
+        let total: f32 = (0..50).map(|light| tree.seen_from(&there).probability(light)).sum();
         assert!((total - 1.0).abs() < 1e-5, "{total}");
     }
 }

@@ -145,7 +145,7 @@ pub enum Combination {
 
 impl LightContext<'_> {
     /// The radiance of an area light towards `outgoing`, from a point with the given normal and parameters.
-    #[inline]
+    #[inline(always)]
     pub fn radiance(
         &self,
         light: &AreaLight,
@@ -166,27 +166,50 @@ impl LightContext<'_> {
 }
 
 /// The last emission that a path has evaluated at its wavelengths: most paths meet but one lamp, many times.
-#[derive(Debug, Default)]
-pub struct EmittedSpectrum(Cell<Option<(u32, SampledSpectrum)>>);
+#[derive(Debug)]
+pub struct EmittedSpectrum {
+    /// Which, or [`u32::MAX`].
+    emission: Cell<u32>,
+    spectrum: Cell<SampledSpectrum>,
+}
+
+impl Default for EmittedSpectrum {
+    #[inline]
+    fn default() -> Self {
+        Self { emission: Cell::new(u32::MAX), spectrum: Cell::default() }
+    }
+}
 
 impl EmittedSpectrum {
-    #[inline]
+    #[inline(always)]
     fn get(&self, emission: u32, evaluate: impl FnOnce() -> SampledSpectrum) -> SampledSpectrum {
-        if let Some((known, spectrum)) = self.0.get()
-            && known == emission
-        {
-            return spectrum;
+        if self.emission.get() != emission {
+            self.spectrum.set(evaluate());
+            self.emission.set(emission);
         }
-        let spectrum = evaluate();
-        self.0.set(Some((emission, spectrum)));
-        spectrum
+        self.spectrum.get()
     }
 }
 
 impl Light {
     /// Draws a direction towards the light from `reference`; `None` if nothing can arrive along it.
-    #[inline]
+    #[inline(always)]
     pub fn sample(
+        &self,
+        context: LightContext<'_>,
+        reference: &Reference,
+        u: Vec2,
+        wavelengths: &Wavelengths,
+    ) -> Option<LightSample> {
+        match self {
+            Self::Area(light) => light.sample(context, reference, u, wavelengths),
+            other => other.sample_other(context, reference, u, wavelengths),
+        }
+    }
+
+    /// [`sample`](Self::sample) of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn sample_other(
         &self,
         context: LightContext<'_>,
         reference: &Reference,

@@ -97,6 +97,7 @@ impl AreaLight {
     }
 
     /// Whether the light is drawn by its image.
+    #[inline]
     pub(super) fn is_drawn_by_image(&self, context: LightContext<'_>) -> bool {
         let emission = &context.emissions[self.emission as usize];
         emission.is_drawn_by_image

@@ -234,13 +234,12 @@ impl HierarchySelection {
         Ok(Self { tree, far, far_tables, far_index })
     }
 
-    /// The probability of choosing among the lights at infinity.
+    /// The probability of choosing among the lights at infinity, where those in the scene give about `near`.
     #[inline]
-    fn far_share(&self, far: &FarTable, reference: &Reference) -> f32 {
+    fn far_share(far: &FarTable, near: f32) -> f32 {
         if far.irradiance <= 0.0 {
             return 0.0;
         }
-        let near = self.tree.importance(reference);
         if near <= 0.0 {
             return 1.0;
         }
@@ -251,22 +250,24 @@ impl HierarchySelection {
     #[inline]
     fn sample(&self, combination: Combination, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
         let far = self.far_tables.get(combination);
-        let share = self.far_share(far, reference);
+        let near = self.tree.seen_from(reference);
+        let share = Self::far_share(far, near.importance());
         let rescaled = |u: f32| u.min(ONE_MINUS_EPSILON);
         if u < share {
             let (index, probability, u) = far.table.sample(rescaled(u / share));
             return (probability > 0.0).then(|| (self.far[index] as usize, probability * share, u));
         }
-        let (light, probability, u) = self.tree.sample(reference, rescaled((u - share) / (1.0 - share)))?;
+        let (light, probability, u) = near.sample(rescaled((u - share) / (1.0 - share)))?;
         Some((light, probability * (1.0 - share), u))
     }
 
     #[inline]
     fn probability(&self, combination: Combination, reference: &Reference, light: usize) -> f32 {
         let far = self.far_tables.get(combination);
-        let share = self.far_share(far, reference);
+        let near = self.tree.seen_from(reference);
+        let share = Self::far_share(far, near.importance());
         match self.far_index[light] {
-            NEAR if share < 1.0 => (1.0 - share) * self.tree.probability(reference, light),
+            NEAR if share < 1.0 => (1.0 - share) * near.probability(light),
             NEAR => 0.0,
             index => share * far.table.probability(index as usize),
         }

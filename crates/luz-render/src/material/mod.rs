@@ -229,39 +229,43 @@ impl Material {
         Some(materials[usize::from(amount >= 1.0 || (amount > 0.0 && u < amount))])
     }
 
-    /// The BSDF at a point; `None` where nothing scatters. Mixes have been resolved before.
+    /// Sets the BSDF to that at a point. False where nothing scatters; mixes have been resolved before. (Written to its
+    /// place, since a BSDF is large and mostly empty.)
     #[inline(always)]
-    pub(crate) fn bsdf(
-        &self,
+    pub(crate) fn set_bsdf<'w>(
+        &'w self,
+        bsdf: &mut Bsdf<'w>,
         textures: &Textures,
         context: &SurfaceContext,
         wavelengths: &mut Wavelengths,
-    ) -> Option<Bsdf<'_>> {
+    ) -> bool {
         let albedo = |id: SpectrumTextureId, wavelengths: &Wavelengths| {
             textures.spectrum(id, context, wavelengths).clamp(0.0, 1.0)
         };
-        Some(match &self.scattering {
-            Scattering::Diffuse { reflectance } => Bsdf::Diffuse(Diffuse::new(albedo(*reflectance, wavelengths))),
+        match &self.scattering {
+            Scattering::Diffuse { reflectance } => {
+                *bsdf = Bsdf::Diffuse(Diffuse::new(albedo(*reflectance, wavelengths)));
+            }
             Scattering::DiffuseTransmission { reflectance, transmittance, scale } => {
                 let r = (textures.spectrum(*reflectance, context, wavelengths) * *scale).clamp(0.0, 1.0);
                 let t = (textures.spectrum(*transmittance, context, wavelengths) * *scale).clamp(0.0, 1.0);
-                Bsdf::DiffuseTransmission(DiffuseTransmission::new(r, t))
+                *bsdf = Bsdf::DiffuseTransmission(DiffuseTransmission::new(r, t));
             }
             Scattering::Conductor { metal, roughness } => {
                 let (eta, k) = metal.constants(textures, context, wavelengths);
-                Bsdf::Conductor(Conductor::new(roughness.distribution(textures, context), eta, k))
+                *bsdf = Bsdf::Conductor(Conductor::new(roughness.distribution(textures, context), eta, k));
             }
             Scattering::Dielectric { refraction, roughness } => {
                 let eta = refraction.at(wavelengths);
-                Bsdf::Dielectric(Dielectric::new(roughness.distribution(textures, context), eta))
+                *bsdf = Bsdf::Dielectric(Dielectric::new(roughness.distribution(textures, context), eta));
             }
             Scattering::ThinDielectric { refraction } => {
-                Bsdf::ThinDielectric(ThinDielectric::new(refraction.at(wavelengths)))
+                *bsdf = Bsdf::ThinDielectric(ThinDielectric::new(refraction.at(wavelengths)));
             }
             Scattering::CoatedDiffuse { reflectance, coat } => {
                 let eta = coat.refraction.at(wavelengths);
                 let reflectance = albedo(*reflectance, wavelengths);
-                match &coat.interface {
+                *bsdf = match &coat.interface {
                     Some(interface) => {
                         let alpha = coat.roughness.distribution(textures, context).alpha();
                         Bsdf::CoatedDiffuse(CoatedDiffuse::textured(reflectance, interface, alpha.x, alpha.y))
@@ -270,7 +274,7 @@ impl Material {
                         let base = Base::Diffuse(Diffuse::new(reflectance));
                         coat.layered(base, (textures, context), eta, wavelengths)
                     }
-                }
+                };
             }
             Scattering::CoatedConductor { metal, roughness, coat } => {
                 let outer = coat.refraction.at(wavelengths);
@@ -278,9 +282,10 @@ impl Material {
                 // Seen from within the coat.
                 let (eta, k) = (eta * (1.0 / outer), k * (1.0 / outer));
                 let base = Base::Conductor(Conductor::new(roughness.distribution(textures, context), eta, k));
-                coat.layered(base, (textures, context), outer, wavelengths)
+                *bsdf = coat.layered(base, (textures, context), outer, wavelengths);
             }
-            Scattering::Mix { .. } | Scattering::Interface => return None,
-        })
+            Scattering::Mix { .. } | Scattering::Interface => return false,
+        }
+        true
     }
 }

@@ -1,12 +1,12 @@
 //! Everything that scattering at one point of a path needs.
 
-use super::Material;
-use crate::bsdf::Bsdf;
+use super::{MaterialId, Perturbation};
+use crate::bsdf::{Bsdf, Diffuse};
 use crate::camera::{Camera, RayDifferentials};
 use crate::texture::SurfaceContext;
 use crate::world::{Interaction, World};
 use glam::{Vec2, Vec3};
-use luz_color::Wavelengths;
+use luz_color::{SampledSpectrum, Wavelengths};
 use luz_geometry::{Frame, SurfacePoint};
 
 /// Texture footprints are made as narrow as this many samples per pixel want them, no less than pbrt-v4's eighth.
@@ -22,9 +22,18 @@ pub struct Shading<'w> {
 }
 
 impl<'w> Shading<'w> {
+    /// A black surface that faces z. (No constant: that would be copied whole.)
+    #[inline(always)]
+    pub fn black() -> Self {
+        Self {
+            bsdf: Bsdf::Diffuse(Diffuse::new(SampledSpectrum::ZERO)),
+            frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
+        }
+    }
+
     /// What stands at `interaction`, wherever it is seen from; `None` where nothing scatters. Without differentials of the
     /// ray, textures are filtered by what the camera would see there.
-    #[inline(always)]
+    #[inline]
     pub fn at(
         world: &'w World,
         camera: &Camera,
@@ -32,8 +41,23 @@ impl<'w> Shading<'w> {
         differentials: Option<&RayDifferentials>,
         wavelengths: &mut Wavelengths,
     ) -> Option<Self> {
-        let surface = &interaction.surface;
-        let mut material = world.material(interaction.material);
+        let mut shading = Self::black();
+        let Interaction { surface, material, .. } = interaction;
+        shading.set(world, camera, surface, *material, differentials, wavelengths).then_some(shading)
+    }
+
+    /// As [`at`](Self::at), in place, which spares copies. False where nothing scatters.
+    #[inline(always)]
+    pub fn set(
+        &mut self,
+        world: &'w World,
+        camera: &Camera,
+        surface: &SurfacePoint,
+        material: MaterialId,
+        differentials: Option<&RayDifferentials>,
+        wavelengths: &mut Wavelengths,
+    ) -> bool {
+        let mut material = world.material(material);
         let context = if world.has_varying_textures() {
             context(camera, surface, differentials)
         } else {
@@ -43,22 +67,35 @@ impl<'w> Shading<'w> {
         while let Some(chosen) = material.choose(world.textures(), &context) {
             material = world.material(chosen);
         }
-        let bsdf = material.bsdf(world.textures(), &context, wavelengths)?;
-        Some(Self { frame: frame(world, material, surface, &context), bsdf })
+        if !material.set_bsdf(&mut self.bsdf, world.textures(), &context, wavelengths) {
+            return false;
+        }
+        self.frame = Frame::from_zx(surface.shading_normal, surface.shading_dpdu);
+        if let Some(perturbation) = &material.perturbation
+            && let Some(frame) = perturbed_frame(world, perturbation, surface, &context)
+        {
+            self.frame = frame;
+        }
+        true
     }
 }
 
-fn frame(world: &World, material: &Material, surface: &SurfacePoint, context: &SurfaceContext) -> Frame {
-    if let Some(perturbation) = &material.perturbation {
-        let (dpdu, dpdv) = perturbation.derivatives(world.textures(), surface, context);
-        let normal = dpdu.cross(dpdv).normalize();
-        if normal.is_finite() {
-            let normal = if normal.dot(surface.shading_normal) < 0.0 { -normal } else { normal };
-            let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
-            return Frame::from_zx(normal, dpdu.normalize_or_zero());
-        }
+/// The frame of a tilted normal; `None` where it is not finite.
+#[inline(never)]
+fn perturbed_frame(
+    world: &World,
+    perturbation: &Perturbation,
+    surface: &SurfacePoint,
+    context: &SurfaceContext,
+) -> Option<Frame> {
+    let (dpdu, dpdv) = perturbation.derivatives(world.textures(), surface, context);
+    let normal = dpdu.cross(dpdv).normalize();
+    if !normal.is_finite() {
+        return None;
     }
-    Frame::from_zx(surface.shading_normal, surface.shading_dpdu)
+    let normal = if normal.dot(surface.shading_normal) < 0.0 { -normal } else { normal };
+    let normal = if normal.dot(surface.geometric_normal) < 0.0 { -normal } else { normal };
+    Some(Frame::from_zx(normal, dpdu.normalize_or_zero()))
 }
 
 /// Where textures are looked up, and how far the lookup moves with a pixel.

@@ -43,12 +43,28 @@ impl<const N: usize> Level<N> {
         self.texel(at.floor().as_ivec2(), wrap)
     }
 
+    /// The texels at a place, right of it, below it, and below that on the right.
+    #[inline]
+    fn square(&self, mut at: IVec2, wrap: WrapMode) -> [[f32; N]; 4] {
+        let size = IVec2::new(self.width as i32, self.height as i32);
+        if wrap == WrapMode::Repeat {
+            at = IVec2::new(at.x.rem_euclid(size.x), at.y.rem_euclid(size.y));
+        }
+        // Most are inside.
+        if at.x >= 0 && at.y >= 0 && at.x + 1 < size.x && at.y + 1 < size.y {
+            let first = at.y as usize * self.width + at.x as usize;
+            let (upper, lower) = (&self.texels[first..first + 2], &self.texels[first + self.width..][..2]);
+            return [upper[0], upper[1], lower[0], lower[1]];
+        }
+        let texel = |x: i32, y: i32| self.texel(at + IVec2::new(x, y), wrap);
+        [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)]
+    }
+
     fn bilinear(&self, st: Vec2, wrap: WrapMode) -> [f32; N] {
         let at = st * Vec2::new(self.width as f32, self.height as f32) - 0.5;
         let corner = at.floor();
         let d = at - corner;
-        let corner = corner.as_ivec2();
-        let [a, b, c, e] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| self.texel(corner + IVec2::new(x, y), wrap));
+        let [a, b, c, e] = self.square(corner.as_ivec2(), wrap);
         std::array::from_fn(|k| {
             let top = a[k] + (b[k] - a[k]) * d.x;
             let bottom = c[k] + (e[k] - c[k]) * d.x;

@@ -12,7 +12,7 @@ use crate::material::Shading;
 use crate::world::World;
 use glam::{Vec2, Vec3};
 use luz_color::{SampledSpectrum, Wavelengths};
-use luz_geometry::{Ray, Reference, offset_ray_origin};
+use luz_geometry::{PrimitiveId, Ray, Reference, offset_ray_origin};
 use luz_sample::Samples;
 use std::cell::Cell;
 
@@ -396,7 +396,7 @@ impl<'w> PathSpace for SceneSpace<'w> {
             Anchor::Point { position, error, normal: Some(normal) } => Target::Surface { position, error, normal },
         };
         self.shadow_rays.set(self.shadow_rays.get() + 1);
-        self.world.is_clear(origin, direction, target, self.time)
+        self.world.is_clear(origin, direction, target, self.time, PrimitiveId::NONE)
     }
 
     fn scattering(

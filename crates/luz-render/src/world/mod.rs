@@ -11,7 +11,7 @@ use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, Lig
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
-use luz_geometry::{Accelerator, Hit, Ray, SurfacePoint, offset_ray_origin};
+use luz_geometry::{Accelerator, Hit, PrimitiveId, Ray, SurfacePoint, offset_ray_origin};
 
 /// How much of a shadow ray counts: it ends just before the light.
 const SHADOW_END: f32 = 0.9999;
@@ -144,23 +144,34 @@ impl World {
     /// What stands where a ray has hit.
     #[inline]
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+        let (material, light) = self.identity(hit);
+        Interaction { surface: self.accelerator.surface(ray, hit), material, light }
+    }
+
+    /// What a ray has hit: the material, and which light, if it emits.
+    #[inline]
+    pub(crate) fn identity(&self, hit: &Hit) -> (MaterialId, Option<u32>) {
         let shape = &self.shapes[hit.shape as usize];
-        Interaction {
-            surface: self.accelerator.surface(ray, hit),
-            material: shape.material,
-            light: shape.first_light.map(|first| first + hit.primitive),
-        }
+        (shape.material, shape.first_light.map(|first| first + hit.primitive))
     }
 
     /// True if nothing stands between a surface point and a target in the unit direction `direction`.
     #[inline]
     pub fn is_visible(&self, from: &SurfacePoint, direction: Vec3, target: Target) -> bool {
-        self.is_clear(from.offset_origin(direction), direction, target, from.time)
+        self.is_clear(from.offset_origin(direction), direction, target, from.time, from.primitive_id())
     }
 
-    /// True if nothing stands between a point that is clear of all surfaces and a target in the unit direction `direction`.
+    /// True if nothing stands between a point that is clear of all surfaces, if only just of the primitive that the ray leaves,
+    /// and a target in the unit direction `direction`.
     #[inline]
-    pub(crate) fn is_clear(&self, origin: Vec3, direction: Vec3, target: Target, time: f32) -> bool {
+    pub(crate) fn is_clear(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        target: Target,
+        time: f32,
+        leaves: PrimitiveId,
+    ) -> bool {
         let (direction, t_max) = match target {
             Target::Infinity => (direction, f32::INFINITY),
             Target::Point(position) => (position - origin, SHADOW_END),
@@ -168,7 +179,7 @@ impl World {
                 (offset_ray_origin(position, error, normal, origin - position) - origin, SHADOW_END)
             }
         };
-        let ray = Ray { origin, direction, t_max, time };
+        let ray = Ray { origin, direction, t_max, time, leaves };
         !if self.has_passages {
             self.accelerator.any_hit_filtered(&ray, |hit| self.stops_shadow(&ray, hit))
         } else {

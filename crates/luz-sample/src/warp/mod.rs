@@ -18,7 +18,7 @@ mod spherical_triangle;
 mod tent;
 mod triangle;
 
-pub use bilinear::{bilinear, bilinear_inverse, bilinear_pdf};
+pub use bilinear::{bilinear, bilinear_inverse, bilinear_pdf, bilinear_with_pdf};
 pub use cone::{one_minus_cos_of_sin_squared, uniform_cone, uniform_cone_inverse, uniform_cone_pdf};
 pub use disk::{concentric_disk, concentric_disk_inverse, concentric_disk_pdf};
 pub use exponential::{exponential, exponential_inverse, exponential_pdf};

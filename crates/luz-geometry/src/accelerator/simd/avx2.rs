@@ -102,6 +102,7 @@ impl Kernel for Avx2 {
     unsafe fn test_packet(
         ray: &TriangleRay,
         exact_ray: &Shear,
+        leaves: [u32; 2],
         packet: &TrianglePacket,
         t_max: f32,
         hits: &mut PacketHits,
@@ -138,15 +139,34 @@ impl Kernel for Avx2 {
                 _mm_store_ps(hits.t.as_mut_ptr(), t);
                 _mm_store_ps(hits.u.as_mut_ptr(), _mm_div_ps(e1, determinant));
                 _mm_store_ps(hits.v.as_mut_ptr(), _mm_div_ps(e2, determinant));
+                // Most often that is the very triangle that the ray starts on.
                 if near != 0 {
-                    mask |= exact_distances(exact_ray, packet, near, t_max, hits);
+                    let near = near & !lanes_of(packet, leaves);
+                    if near != 0 {
+                        mask |= exact_distances(exact_ray, packet, near, t_max, hits);
+                    }
                 }
             }
             if flat != 0 {
-                mask |= exact(exact_ray, packet, flat, t_max, hits);
+                mask |= exact(exact_ray, leaves, packet, flat, t_max, hits);
             }
             mask
         }
+    }
+}
+
+/// The lanes where a packet has a certain triangle.
+#[inline(always)]
+unsafe fn lanes_of(packet: &TrianglePacket, [shape, primitive]: [u32; 2]) -> u32 {
+    // SAFETY: the caller vouches for AVX2; packets are aligned.
+    unsafe {
+        let shapes = _mm_load_si128(packet.shape.as_ptr().cast());
+        let primitives = _mm_load_si128(packet.primitive.as_ptr().cast());
+        let same = _mm_and_si128(
+            _mm_cmpeq_epi32(shapes, _mm_set1_epi32(shape as i32)),
+            _mm_cmpeq_epi32(primitives, _mm_set1_epi32(primitive as i32)),
+        );
+        _mm_movemask_ps(_mm_castsi128_ps(same)) as u32
     }
 }
 
@@ -262,10 +282,10 @@ fn exact_distances(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32,
 /// Lanes whose edge functions all vanish in `f32`.
 #[cold]
 #[inline(never)]
-fn exact(ray: &Shear, packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
+fn exact(ray: &Shear, leaves: [u32; 2], packet: &TrianglePacket, lanes: u32, t_max: f32, hits: &mut PacketHits) -> u32 {
     let mut mask = 0;
     for lane in (0..LANES).filter(|lane| lanes >> lane & 1 != 0) {
-        if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {
+        if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max, packet.is(lane, leaves)) {
             (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
             mask |= 1 << lane;
         }

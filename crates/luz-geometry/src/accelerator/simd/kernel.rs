@@ -77,9 +77,11 @@ pub(super) trait Kernel {
     unsafe fn box_ray(slabs: &Slabs) -> Self::BoxRay;
     unsafe fn triangle_ray(shear: &Shear) -> Self::TriangleRay;
     unsafe fn test_boxes(ray: &Self::BoxRay, node: &WideNode, t_max: f32, distances: &mut Distances) -> u32;
+    /// `leaves` are shape and primitive of the triangle that the ray starts on.
     unsafe fn test_packet(
         ray: &Self::TriangleRay,
         shear: &Shear,
+        leaves: [u32; 2],
         packet: &TrianglePacket,
         t_max: f32,
         hits: &mut PacketHits,
@@ -123,10 +125,17 @@ impl Kernel for Scalar {
     }
 
     #[inline(always)]
-    unsafe fn test_packet(_: &(), ray: &Shear, packet: &TrianglePacket, t_max: f32, hits: &mut PacketHits) -> u32 {
+    unsafe fn test_packet(
+        _: &(),
+        ray: &Shear,
+        leaves: [u32; 2],
+        packet: &TrianglePacket,
+        t_max: f32,
+        hits: &mut PacketHits,
+    ) -> u32 {
         let mut mask = 0;
         for lane in 0..LANES {
-            if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max) {
+            if let Some((t, u, v)) = ray.intersect(packet.lane(lane), t_max, packet.is(lane, leaves)) {
                 (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
                 mask |= 1 << lane;
             }

@@ -8,7 +8,7 @@ use super::super::node::{Child, LANES, Other, Tree, WIDTH};
 use super::kernel::{Distances, Kernel, PacketHits, Slabs};
 use crate::Accelerator;
 use crate::shape::triangle::Shear;
-use crate::{Hit, Ray};
+use crate::{Hit, PrimitiveId, Ray};
 
 /// Which hits count.
 pub(in super::super) trait Filter {
@@ -105,6 +105,10 @@ impl<F: Filter> Traversal<'_, F> {
         let shear = Shear::new(ray);
         // SAFETY: the caller vouches for the instruction set.
         let (box_ray, triangle_ray) = unsafe { (K::box_ray(&Slabs::new(ray, tree.reach)), K::triangle_ray(&shear)) };
+        let leaves = match ray.leaves {
+            PrimitiveId { shape, primitive, instance } if instance == self.instance => [shape, primitive],
+            _ => [u32::MAX; 2],
+        };
         let mut found = false;
         let mut stack = [MaybeUninit::<Entry>::uninit(); STACK];
         let mut height = 0usize;
@@ -183,7 +187,8 @@ impl<F: Filter> Traversal<'_, F> {
                 } else {
                     for packet in &tree.packets[current.range()] {
                         // SAFETY: the caller vouches for the instruction set.
-                        let mut mask = unsafe { K::test_packet(&triangle_ray, &shear, packet, best.t, &mut hits) };
+                        let mut mask =
+                            unsafe { K::test_packet(&triangle_ray, &shear, leaves, packet, best.t, &mut hits) };
                         while mask != 0 {
                             let lane = mask.trailing_zeros() as usize & (LANES - 1);
                             mask &= mask - 1;

@@ -321,6 +321,7 @@ impl Builder {
                     brightness: if area > 0.0 { emission.brightness_over(shape, index) } else { 0.0 },
                     alpha: alpha.filter(|_| !is_unseen),
                     is_unseen,
+                    prepared: accelerator.prepare(ShapeId(emitter.shape), primitive).map(Box::new),
                 }));
             }
         }

@@ -1,0 +1,51 @@
+//! Primitives prepared for drawing points from them again and again.
+
+use glam::Vec2;
+
+use super::disk::FlatDisk;
+use super::flat_triangle::FlatTriangle;
+use super::{Reference, Shape, SolidAngleSample};
+use crate::SurfacePoint;
+
+/// A primitive with all that is the same for every point that is drawn from it. It draws the same points with the same
+/// densities as its shape, faster.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreparedPrimitive(Kind);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    Triangle(FlatTriangle),
+    Disk(FlatDisk),
+}
+
+impl PreparedPrimitive {
+    /// `None` for primitives that are not valid, and for shapes of which nothing is worth keeping.
+    pub(crate) fn new(shape: &Shape, primitive: usize) -> Option<Self> {
+        if !shape.is_valid(primitive) {
+            return None;
+        }
+        match shape {
+            Shape::Triangles(mesh) => Some(Self(Kind::Triangle(mesh.flat(primitive)))),
+            Shape::Disk(disk) => Some(Self(Kind::Disk(disk.flat()))),
+            Shape::Bilinear(_) | Shape::Sphere(_) | Shape::Cylinder(_) => None,
+        }
+    }
+
+    /// As [`Shape::sample_solid_angle`].
+    #[inline(always)]
+    pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
+        match &self.0 {
+            Kind::Triangle(triangle) => triangle.sample_solid_angle(reference, u),
+            Kind::Disk(disk) => disk.sample_solid_angle(reference, u),
+        }
+    }
+
+    /// As [`Shape::pdf_solid_angle`].
+    #[inline]
+    pub fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
+        match &self.0 {
+            Kind::Triangle(triangle) => triangle.pdf_solid_angle(reference, point),
+            Kind::Disk(disk) => disk.pdf_solid_angle(reference, point),
+        }
+    }
+}
