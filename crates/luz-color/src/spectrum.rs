@@ -218,6 +218,9 @@ pub(crate) fn nearest_nanometre(lambda: f32) -> usize {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiecewiseLinearSpectrum {
     points: Arc<[(f32, f32)]>,
+    /// How many points lie at or below each whole nanometre from [`LAMBDA_MIN`](crate::LAMBDA_MIN) on, so that hardly any need to be
+    /// searched.
+    points_up_to: Arc<[u32]>,
 }
 
 impl PiecewiseLinearSpectrum {
@@ -237,7 +240,26 @@ impl PiecewiseLinearSpectrum {
                 return Err(SpectrumError::NotIncreasing { index, previous: points[index - 1].0, lambda: pair.0 });
             }
         }
-        Ok(Self { points: points.into() })
+        Ok(Self::through(points.into()))
+    }
+
+    /// Through points that rise.
+    fn through(points: Arc<[(f32, f32)]>) -> Self {
+        let nanometres = crate::LAMBDA_MIN as u32..=crate::LAMBDA_MAX as u32 + 1;
+        let points_up_to = nanometres.map(|nm| points.partition_point(|p| p.0 <= nm as f32) as u32).collect();
+        Self { points, points_up_to }
+    }
+
+    /// How many points lie at or below a wavelength.
+    #[inline]
+    fn count_up_to(&self, lambda: f32) -> usize {
+        let nanometre = (lambda - crate::LAMBDA_MIN) as usize;
+        let bounds = (self.points_up_to.get(nanometre), self.points_up_to.get(nanometre + 1));
+        let (first, last) = match bounds {
+            (Some(&first), Some(&last)) if lambda >= crate::LAMBDA_MIN => (first as usize, last as usize),
+            _ => (0, self.points.len()),
+        };
+        first + self.points[first..last].partition_point(|p| p.0 <= lambda)
     }
 
     /// As [`PiecewiseLinearSpectrum::new`], but the end values continue over the rest of 360–830 nm.
@@ -254,7 +276,7 @@ impl PiecewiseLinearSpectrum {
                 all.insert(0, (crate::LAMBDA_MIN - 1.0, first.1));
             }
         }
-        Ok(Self { points: all.into() })
+        Ok(Self::through(all.into()))
     }
 
     /// The points, by rising wavelength in nm.
@@ -264,7 +286,7 @@ impl PiecewiseLinearSpectrum {
 
     /// The value at the wavelength `lambda` in nm.
     pub fn value(&self, lambda: f32) -> f32 {
-        let upper = self.points.partition_point(|p| p.0 <= lambda);
+        let upper = self.count_up_to(lambda);
         let Some(&(l0, v0)) = upper.checked_sub(1).and_then(|i| self.points.get(i)) else { return 0.0 };
         match self.points.get(upper) {
             Some(&(l1, v1)) => {
@@ -289,7 +311,8 @@ impl PiecewiseLinearSpectrum {
     /// The spectrum multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f32) -> Self {
-        Self { points: self.points.iter().map(|&(l, v)| (l, v * factor)).collect() }
+        let points = self.points.iter().map(|&(l, v)| (l, v * factor)).collect();
+        Self { points, points_up_to: self.points_up_to.clone() }
     }
 }
 
@@ -367,6 +390,23 @@ mod tests {
         assert_eq!((single.value(550.0), single.value(550.1)), (2.0, 0.0));
         let extended = PiecewiseLinearSpectrum::extended(&[(400.0, 1.0), (500.0, 3.0)]).unwrap();
         assert_eq!((extended.value(360.0), extended.value(830.0), extended.value(300.0)), (1.0, 3.0, 0.0));
+    }
+
+    /// Points at whole nanometres, between them, many within one, and outside of the visible range.
+    #[test]
+    fn points_are_found_wherever_they_lie() {
+        let within = (0..50).map(|i| (550.25 + 0.01 * i as f32, (i % 7) as f32));
+        let points: Vec<_> = [(-5.0, 1.0), (100.5, 2.0), (360.0, 4.0), (400.0, 1.0), (401.0, 3.0), (410.7, 0.0)]
+            .into_iter()
+            .chain(within)
+            .chain([(829.9, 5.0), (830.0, 6.0), (831.0, 7.0), (1e5, 8.0)])
+            .collect();
+        let spectrum = PiecewiseLinearSpectrum::new(&points).unwrap();
+        let between = points.windows(2).flat_map(|w| [0.0, 0.3, 0.999].map(|t| w[0].0 + t * (w[1].0 - w[0].0)));
+        for lambda in between.chain([-1e9, -5.1, 1e5, 1e6, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]) {
+            let expected = points.partition_point(|p| p.0 <= lambda);
+            assert_eq!(spectrum.count_up_to(lambda), expected, "{lambda}");
+        }
     }
 
     #[test]
