@@ -146,8 +146,10 @@ impl PathTracer<'_> {
             dimension: CAMERA_DIMENSIONS,
             account: CAMERA_ACCOUNT,
         };
+        // (For all vertices, one after the other.)
+        let mut shading = Shading::black();
         loop {
-            if let Err(end) = walk.step(&mut branch, differentials) {
+            if let Err(end) = walk.step(&mut branch, &mut shading, differentials) {
                 walk.observe(PathEvent::End(end));
                 if end == PathEnd::NotFinite {
                     // The film counts it, and says so.
@@ -183,7 +185,7 @@ struct Walk<'a, S, O> {
     splits: u32,
 }
 
-impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
+impl<'a, S: Samples, O: PathObserver> Walk<'a, S, O> {
     #[inline(always)]
     fn observe(&mut self, event: PathEvent<'_>) {
         self.observer.observe(event, self.wavelengths);
@@ -198,7 +200,12 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
 
     /// Follows a branch to the next surface and beyond.
     #[inline(always)]
-    fn step(&mut self, branch: &mut Branch, differentials: Option<&RayDifferentials>) -> Result<(), PathEnd> {
+    fn step(
+        &mut self,
+        branch: &mut Branch,
+        shading: &mut Shading<'a>,
+        differentials: Option<&RayDifferentials>,
+    ) -> Result<(), PathEnd> {
         let PathTracer { settings, world, camera, .. } = self.tracer;
         self.cost.rays += 1;
         self.enter(branch.account, SampledSpectrum::ZERO, 1);
@@ -218,7 +225,6 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let mut shading = Shading::black();
         if !shading.set(world, camera, &surface, material, seen, self.wavelengths) {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
             self.observe(PathEvent::Passage { surface: &surface });
@@ -230,7 +236,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             depth: branch.depth,
             ray: &branch.ray,
             surface: &surface,
-            shading: &shading,
+            shading,
             outgoing,
         }));
         if is_last {
@@ -240,9 +246,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             shading.bsdf.regularize();
         }
         if self.ledger.is_none() {
-            return self.scatter(branch, &surface, &shading, true);
+            return self.scatter(branch, &surface, shading, true);
         }
-        self.split(branch, &surface, &shading)
+        self.split(branch, &surface, shading)
     }
 
     /// Goes on from a vertex as often as it is worth the rays.
