@@ -29,7 +29,7 @@ pub fn next_down(x: f32) -> f32 {
 /// `position` is known up to ±`error` on each axis, `normal` is the unit geometric normal. The origin moves along the
 /// normal, to the side that `direction` points to, until the plane through any point of the error box is behind it, and
 /// is then rounded away from `position`.
-#[inline]
+#[inline(always)]
 pub fn offset_ray_origin(position: Vec3, error: Vec3, normal: Vec3, direction: Vec3) -> Vec3 {
     let distance = normal.abs().dot(error);
     let offset = if direction.dot(normal) < 0.0 { -distance * normal } else { distance * normal };

@@ -41,12 +41,14 @@ impl Frame {
     pub fn from_zx(n: Vec3, x: Vec3) -> Self {
         let s = x - n * n.dot(x);
         let squared = s.length_squared();
-        if squared > 1e-12 * x.length_squared() && squared.is_finite() {
+        let (s, t) = if squared > 1e-12 * x.length_squared() && squared.is_finite() {
             let s = s * (1.0 / squared.sqrt());
-            Self { s, t: n.cross(s), n }
+            (s, n.cross(s))
         } else {
-            Self::from_z(n)
-        }
+            let Self { s, t, .. } = Self::from_z(n);
+            (s, t)
+        };
+        Self { s, t, n }
     }
 
     /// From world to local space.

@@ -65,11 +65,19 @@ impl FlatTriangle {
 
     #[inline(always)]
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
-        let Some(weights) = self.far_weights(reference) else { return self.sample_near(reference, u) };
-        let (point, density) = warp::bilinear_with_pdf(u, weights);
-        let mut sample = self.at(FarMap::barycentric(point));
-        sample.pdf_area *= density;
-        sample.seen_from(reference.position)
+        // (In scalars, for both ways to meet in registers.)
+        let (b0, b1, b2, area, pdf) = match self.far_weights(reference) {
+            Some(weights) => {
+                let (point, density) = warp::bilinear_with_pdf(u, weights);
+                let [b0, b1, b2] = FarMap::barycentric(point);
+                (b0, b1, b2, density * self.pdf_area, 0.0)
+            }
+            None => self.sample_near(reference, u)?,
+        };
+        let AreaSample { position, position_error, normal, uv, .. } = self.at([b0, b1, b2]);
+        let pdf =
+            if area > 0.0 { area * sample::area_to_solid_angle(reference.position, position, normal)? } else { pdf };
+        (pdf > 0.0 && pdf.is_finite()).then_some(SolidAngleSample { position, position_error, normal, uv, pdf })
     }
 
     #[inline]
@@ -112,18 +120,19 @@ impl FlatTriangle {
         Some([w0, w0, w1, w2])
     }
 
-    /// By solid angle, unless the triangle is so small that sampling by area is as good, or so large that the map loses its
-    /// precision.
-    #[cold]
-    fn sample_near(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
+    /// Barycentric coordinates, and the density: a part in area and a part in solid angle, one of which is zero. By solid angle,
+    /// unless the triangle is so small that sampling by area is as good, or so large that the map loses its precision.
+    #[inline(never)]
+    fn sample_near(&self, reference: &Reference, u: Vec2) -> Option<(f32, f32, f32, f32, f32)> {
         let Some(spherical) = self.spherical(reference) else {
-            return self.sample_area(u)?.seen_from(reference.position);
+            let [b0, b1, b2] = warp::uniform_triangle(u);
+            return self.pdf_area.is_finite().then_some((b0, b1, b2, self.pdf_area, 0.0));
         };
         let weights = self.weights(reference);
         let warped = weights.map_or(u, |w| warp::bilinear(u, w));
         let pdf = spherical.pdf() * weights.map_or(1.0, |w| warp::bilinear_pdf(warped, w));
-        let AreaSample { position, position_error, normal, uv, .. } = self.at(spherical.sample(warped).barycentric);
-        (pdf > 0.0).then_some(SolidAngleSample { position, position_error, normal, uv, pdf })
+        let [b0, b1, b2] = spherical.sample(warped).barycentric;
+        Some((b0, b1, b2, 0.0, pdf))
     }
 
     #[cold]

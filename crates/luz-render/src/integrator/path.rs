@@ -8,7 +8,7 @@ use super::observer::{FoundBy, LightEvent, PathEnd, PathEvent, PathObserver, Ver
 use super::technique::Technique;
 use crate::bsdf::{Bsdf, BsdfSample, TransportMode};
 use crate::camera::{Camera, RayDifferentials};
-use crate::light::{Combination, EmittedSpectrum, LightContext, Target};
+use crate::light::{Combination, EmittedSpectrum, LightContext, LightSample, Target};
 use crate::material::Shading;
 use crate::world::World;
 use glam::{Vec2, Vec3};
@@ -146,8 +146,10 @@ impl PathTracer<'_> {
             dimension: CAMERA_DIMENSIONS,
             account: CAMERA_ACCOUNT,
         };
+        // (For all vertices, one after the other.)
+        let mut shading = Shading::black();
         loop {
-            if let Err(end) = walk.step(&mut branch, differentials) {
+            if let Err(end) = walk.step(&mut branch, &mut shading, differentials) {
                 walk.observe(PathEvent::End(end));
                 if end == PathEnd::NotFinite {
                     // The film counts it, and says so.
@@ -183,7 +185,7 @@ struct Walk<'a, S, O> {
     splits: u32,
 }
 
-impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
+impl<'a, S: Samples, O: PathObserver> Walk<'a, S, O> {
     #[inline(always)]
     fn observe(&mut self, event: PathEvent<'_>) {
         self.observer.observe(event, self.wavelengths);
@@ -198,7 +200,12 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
 
     /// Follows a branch to the next surface and beyond.
     #[inline(always)]
-    fn step(&mut self, branch: &mut Branch, differentials: Option<&RayDifferentials>) -> Result<(), PathEnd> {
+    fn step(
+        &mut self,
+        branch: &mut Branch,
+        shading: &mut Shading<'a>,
+        differentials: Option<&RayDifferentials>,
+    ) -> Result<(), PathEnd> {
         let PathTracer { settings, world, camera, .. } = self.tracer;
         self.cost.rays += 1;
         self.enter(branch.account, SampledSpectrum::ZERO, 1);
@@ -218,7 +225,6 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }
         let outgoing = -branch.ray.direction;
         let seen = if branch.depth == 0 { differentials } else { None };
-        let mut shading = Shading::black();
         if !shading.set(world, camera, &surface, material, seen, self.wavelengths) {
             // Nothing scatters here: the path goes on behind, as if it had met nothing.
             self.observe(PathEvent::Passage { surface: &surface });
@@ -230,7 +236,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             depth: branch.depth,
             ray: &branch.ray,
             surface: &surface,
-            shading: &shading,
+            shading,
             outgoing,
         }));
         if is_last {
@@ -240,9 +246,9 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
             shading.bsdf.regularize();
         }
         if self.ledger.is_none() {
-            return self.scatter(branch, &surface, &shading, true);
+            return self.scatter(branch, &surface, shading, true);
         }
-        self.split(branch, &surface, &shading)
+        self.split(branch, &surface, shading)
     }
 
     /// Goes on from a vertex as often as it is worth the rays.
@@ -294,15 +300,13 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         self.samples.set_dimension(first_dimension);
         let light_u = self.samples.next_2d();
         let (lobe_u, direction_u) = (self.samples.next_1d(), self.samples.next_2d());
-        let outgoing = -branch.ray.direction;
+        let wo = shading.frame.to_local(-branch.ray.direction);
+        // Drawn before light is looked for, for the processor to do both at once.
+        let sample = shading.bsdf.sample(wo, lobe_u, direction_u, TransportMode::Radiance);
         if !self.tracer.world.lights().is_empty() && shading.bsdf.flags().has_non_specular() {
-            self.direct_light(branch, surface, shading, outgoing, light_u);
+            self.direct_light(branch, surface, shading, wo, light_u);
         }
-
-        let wo = shading.frame.to_local(outgoing);
-        let Some(sample) = shading.bsdf.sample(wo, lobe_u, direction_u, TransportMode::Radiance) else {
-            return Err(PathEnd::Absorbed);
-        };
+        let Some(sample) = sample else { return Err(PathEnd::Absorbed) };
         let direction = renormalized(shading.frame.to_world(sample.wi));
         let mut throughput = branch.throughput * (sample.f * (sample.wi.z.abs() / sample.pdf));
         self.observe(PathEvent::Scatter { sample, direction, throughput });
@@ -402,14 +406,7 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
 
     /// One light, one point on it.
     #[inline(always)]
-    fn direct_light(
-        &mut self,
-        branch: &Branch,
-        surface: &SurfacePoint,
-        shading: &Shading<'_>,
-        outgoing: Vec3,
-        u: Vec2,
-    ) {
+    fn direct_light(&mut self, branch: &Branch, surface: &SurfacePoint, shading: &Shading<'_>, wo: Vec3, u: Vec2) {
         let PathTracer { settings, world, .. } = self.tracer;
         // One pair of numbers chooses the light and the point on it, so that the points of all lights together are
         // stratified: the triangles of a lamp share one pattern.
@@ -419,11 +416,11 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         let light = &world.lights()[number];
         let u = Vec2::new(u_x, u.y);
         let Some(arriving) = light.sample(self.lights, &reference, u, self.wavelengths) else { return };
-        if settings.technique == Technique::Bsdf && !arriving.is_delta {
+        let LightSample { radiance, direction, target, pdf: light_pdf, is_delta } = arriving;
+        if settings.technique == Technique::Bsdf && !is_delta {
             return;
         }
-        let wo = shading.frame.to_local(outgoing);
-        let wi = shading.frame.to_local(arriving.direction);
+        let wi = shading.frame.to_local(direction);
         let (f, bsdf_pdf) = shading.bsdf.evaluate(wo, wi, TransportMode::Radiance);
         let f = f * wi.z.abs();
         if f.is_black() {
@@ -431,23 +428,23 @@ impl<S: Samples, O: PathObserver> Walk<'_, S, O> {
         }
         self.cost.shadow_rays += 1;
         self.enter(branch.account, SampledSpectrum::ZERO, 1);
-        if !world.is_visible(surface, arriving.direction, arriving.target) {
+        if !world.is_visible(surface, direction, target) {
             self.observe(PathEvent::Light(LightEvent {
                 found_by: FoundBy::Light,
                 depth: branch.depth + 1,
                 alone: SampledSpectrum::ZERO,
                 weight: 1.0,
-                light_pdf: Some(probability * arriving.pdf),
+                light_pdf: Some(probability * light_pdf),
                 bsdf_pdf: Some(bsdf_pdf),
             }));
             return;
         }
-        let pdf = probability * arriving.pdf;
-        let is_shared = settings.technique == Technique::Both && !arriving.is_delta;
-        let found = branch.throughput * f * arriving.radiance;
+        let pdf = probability * light_pdf;
+        let is_shared = settings.technique == Technique::Both && !is_delta;
+        let found = branch.throughput * f * radiance;
         let is_offered = is_shared
             && is_offered(branch, shading)
-            && (arriving.target != Target::Infinity || world.infinite_lights().len() == 1);
+            && (target != Target::Infinity || world.infinite_lights().len() == 1);
         if is_offered && self.observer.take_direct(FoundBy::Light, found, pdf, bsdf_pdf) {
             return;
         }

@@ -146,7 +146,6 @@ impl AreaLight {
         (!radiance.is_black()).then_some(LightSample {
             radiance,
             direction,
-            // Moved off the surface at once: a point is less to hand on.
             target: Target::Point(offset_ray_origin(point.position, point.position_error, point.normal, -direction)),
             pdf,
             is_delta: self.is_unseen,

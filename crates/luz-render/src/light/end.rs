@@ -4,7 +4,7 @@
 
 use super::Target;
 use glam::{Vec2, Vec3};
-use luz_geometry::SurfacePoint;
+use luz_geometry::{SurfacePoint, offset_ray_origin};
 
 /// The end `x_0` of a path, on a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,11 +125,11 @@ impl LightEnd {
         }
     }
 
-    /// What a shadow ray aims at.
-    pub fn target(&self) -> Target {
+    /// What a shadow ray from `from` aims at.
+    pub fn target_from(&self, from: Vec3) -> Target {
         match self.place {
             Place::Surface(EmittingPoint { position, error, normal, .. }) => {
-                Target::Surface { position, error, normal }
+                Target::Point(offset_ray_origin(position, error, normal, from - position))
             }
             Place::Point(position) => Target::Point(position),
             Place::Infinity(_) => Target::Infinity,

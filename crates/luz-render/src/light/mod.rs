@@ -80,17 +80,8 @@ pub struct LightSample {
 pub enum Target {
     /// Nowhere: the light is infinitely far away.
     Infinity,
-    /// A point in space.
+    /// A point in space, clear of the surface that it may lie on ([`luz_geometry::offset_ray_origin`]).
     Point(Vec3),
-    /// A point on a surface, with its error bound and geometric normal.
-    Surface {
-        /// World-space position.
-        position: Vec3,
-        /// Absolute bound of the position's error.
-        error: Vec3,
-        /// Geometric normal.
-        normal: Vec3,
-    },
 }
 
 /// One light.

@@ -4,7 +4,7 @@ use super::parametric::parametric_at;
 use super::{AreaLight, Emission, EmittingPoint, LightContext, LightSample, Target};
 use glam::{Vec2, Vec3};
 use luz_color::Wavelengths;
-use luz_geometry::{Reference, Shape, ShapeId, SurfacePoint, UvFootprint, UvPoint};
+use luz_geometry::{Reference, Shape, ShapeId, SurfacePoint, UvFootprint, UvPoint, offset_ray_origin};
 use luz_sample::distribution::{Steering, TexelTree};
 
 /// From the surface's parameters to the image's coordinates, and back: images have their first row on top.
@@ -125,7 +125,7 @@ impl AreaLight {
         (pdf > 0.0 && !radiance.is_black()).then_some(LightSample {
             radiance,
             direction,
-            target: Target::Surface { position: point.position, error: point.position_error, normal: point.normal },
+            target: Target::Point(offset_ray_origin(point.position, point.position_error, point.normal, -direction)),
             pdf,
             is_delta: self.is_unseen,
         })

@@ -393,7 +393,9 @@ impl<'w> PathSpace for SceneSpace<'w> {
                 None => Target::Infinity,
             },
             Anchor::Point { position, normal: None, .. } => Target::Point(position),
-            Anchor::Point { position, error, normal: Some(normal) } => Target::Surface { position, error, normal },
+            Anchor::Point { position, error, normal: Some(normal) } => {
+                Target::Point(offset_ray_origin(position, error, normal, origin - position))
+            }
         };
         self.shadow_rays.set(self.shadow_rays.get() + 1);
         self.world.is_clear(origin, direction, target, self.time, PrimitiveId::NONE)

@@ -11,7 +11,7 @@ use crate::light::{AreaLight, Combination, Emission, EmittedSpectrum, Light, Lig
 use crate::material::{Material, MaterialId};
 use crate::texture::{FloatTextureId, SurfaceContext, Textures};
 use glam::Vec3;
-use luz_geometry::{Accelerator, Hit, PrimitiveId, Ray, SurfacePoint, offset_ray_origin};
+use luz_geometry::{Accelerator, Hit, PrimitiveId, Ray, SurfacePoint};
 
 /// How much of a shadow ray counts: it ends just before the light.
 const SHADOW_END: f32 = 0.9999;
@@ -156,14 +156,14 @@ impl World {
     }
 
     /// True if nothing stands between a surface point and a target in the unit direction `direction`.
-    #[inline]
+    #[inline(always)]
     pub fn is_visible(&self, from: &SurfacePoint, direction: Vec3, target: Target) -> bool {
         self.is_clear(from.offset_origin(direction), direction, target, from.time, from.primitive_id())
     }
 
     /// True if nothing stands between a point that is clear of all surfaces, if only just of the primitive that the ray leaves,
     /// and a target in the unit direction `direction`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn is_clear(
         &self,
         origin: Vec3,
@@ -175,9 +175,6 @@ impl World {
         let (direction, t_max) = match target {
             Target::Infinity => (direction, f32::INFINITY),
             Target::Point(position) => (position - origin, SHADOW_END),
-            Target::Surface { position, error, normal } => {
-                (offset_ray_origin(position, error, normal, origin - position) - origin, SHADOW_END)
-            }
         };
         let ray = Ray { origin, direction, t_max, time, leaves };
         !if self.has_passages {

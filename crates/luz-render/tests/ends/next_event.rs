@@ -44,7 +44,7 @@ fn ends_for_a_point_are_those_of_light_samples() {
                     continue;
                 };
                 drawn += 1;
-                assert_eq!(sample.target, end.target(), "{name}");
+                assert_eq!(sample.target, end.target_from(reference.position), "{name}");
                 assert_eq!(sample.is_delta, end.is_delta(), "{name}");
                 let direction = end.direction_from(reference.position).expect("another point");
                 assert!(direction.distance(sample.direction) < 1e-5, "{name}");

@@ -46,7 +46,7 @@ fn from_camera(world: &World, camera: &Camera, size: Vec2, random: &mut Random) 
     let Some((end, pdf)) = light.sample_end_from(number as u32, context, &reference, u) else { return 0.0 };
     let Some(direction) = end.direction_from(floor.position) else { return 0.0 };
     let same_side = (floor.geometric_normal.dot(direction) > 0.0) == (floor.geometric_normal.dot(ray.direction) < 0.0);
-    if !same_side || !world.is_visible(&floor, direction, end.target()) {
+    if !same_side || !world.is_visible(&floor, direction, end.target_from(floor.position)) {
         return 0.0;
     }
     let arriving = luminance(light.emitted(context, &end, floor.position, &wavelengths), &wavelengths);

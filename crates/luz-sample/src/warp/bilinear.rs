@@ -31,7 +31,7 @@ pub fn bilinear_pdf(p: Vec2, w: [f32; 4]) -> f32 {
 
 /// [`bilinear`] and its density, for less than the price of both, where heights are positive and the squares of their sums
 /// neither overflow nor vanish.
-#[inline]
+#[inline(always)]
 pub fn bilinear_with_pdf(u: Vec2, w: [f32; 4]) -> (Vec2, f32) {
     let along =
         |u: f32, a: f32, b: f32| (u * (a + b) / (a + ((1.0 - u) * a * a + u * b * b).sqrt())).min(ONE_MINUS_EPSILON);
