@@ -1,8 +1,9 @@
 //! Meshes of bilinear patches.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use luz_sample::warp::{self, SphericalRectangle};
+use luz_sample::warp;
 
+use super::flat_rectangle::FlatRectangle;
 use super::quadric::weingarten;
 use super::triangle::face_forward;
 use super::{AreaSample, ParametricHit, Reference, SolidAngleSample, sample};
@@ -165,13 +166,13 @@ impl BilinearMesh {
         self.patch(patch).area() as f32
     }
 
-    pub(super) fn sample_at(&self, patch: usize, uv: Vec2, position: Option<Vec3>) -> AreaSample {
+    pub(super) fn sample_at(&self, patch: usize, uv: Vec2) -> AreaSample {
         let shape = self.patch(patch);
         let reach = shape.p00.abs() + shape.p10.abs() + shape.p01.abs() + shape.p11.abs();
         let (u, v) = (f64::from(uv.x), f64::from(uv.y));
         let normal = shape.dpdu(v).cross(shape.dpdv(u)).normalize_or_zero().as_vec3();
         AreaSample {
-            position: position.unwrap_or(shape.at(u, v).as_vec3()),
+            position: shape.at(u, v).as_vec3(),
             position_error: gamma(6) * reach.as_vec3(),
             normal: self.oriented(patch, normal, uv),
             uv: self.texture_uv(patch, uv),
@@ -182,7 +183,7 @@ impl BilinearMesh {
     pub(super) fn sample_area(&self, patch: usize, u: Vec2) -> Option<AreaSample> {
         let shape = self.patch(patch);
         let uv = if shape.is_rectangle() { u } else { warp::bilinear(u, shape.corner_areas()) };
-        let sample = self.sample_at(patch, uv, None);
+        let sample = self.sample_at(patch, uv);
         (sample.pdf_area > 0.0 && sample.pdf_area.is_finite()).then_some(sample)
     }
 
@@ -191,46 +192,32 @@ impl BilinearMesh {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// The rectangle on the sphere around the reference point, unless the patch is none or so small that sampling by area
-    /// is as good.
-    fn spherical(&self, reference: &Reference, patch: &Patch) -> Option<SphericalRectangle> {
-        const LEAST: f32 = 1e-4;
-        if !patch.is_rectangle() {
+    /// The patch as a rectangle, if it is one, and of one side.
+    pub(super) fn flat(&self, patch: usize) -> Option<FlatRectangle> {
+        const CORNERS: [Vec2; 4] = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE];
+        let shape = self.patch(patch);
+        if !shape.is_rectangle() {
             return None;
         }
-        let corner = patch.p00.as_vec3();
-        SphericalRectangle::new(
-            reference.position,
-            corner,
-            (patch.p10 - patch.p00).as_vec3(),
-            (patch.p01 - patch.p00).as_vec3(),
-        )
-        .filter(|s| s.solid_angle() > LEAST)
+        let normal = shape.dpdu(0.5).cross(shape.dpdv(0.5)).normalize_or_zero().as_vec3();
+        // Vertex normals are interpolated linearly: where corners agree, all agree.
+        let [normal, others @ ..] = CORNERS.map(|uv| self.oriented(patch, normal, uv));
+        let is_one_sided = others.iter().all(|other| *other == normal);
+        is_one_sided.then(|| FlatRectangle::new(shape.corners(), normal, self.corner_uvs(patch).unwrap_or(CORNERS)))
     }
 
     pub(super) fn sample_solid_angle(&self, reference: &Reference, patch: usize, u: Vec2) -> Option<SolidAngleSample> {
-        let shape = self.patch(patch);
-        let Some(spherical) = self.spherical(reference, &shape) else {
-            return self.sample_area(patch, u)?.seen_from(reference.position);
-        };
-        let weights = reference.cosine_weights(shape.corners());
-        let warped = weights.map_or(u, |w| warp::bilinear(u, w));
-        let pdf = spherical.pdf() * weights.map_or(1.0, |w| warp::bilinear_pdf(warped, w));
-        let position = spherical.sample(warped);
-        let uv = shape.rectangle_uv(position);
-        let AreaSample { position, position_error, normal, uv, .. } = self.sample_at(patch, uv, Some(position));
-        (pdf > 0.0).then_some(SolidAngleSample { position, position_error, normal, uv, pdf })
+        match self.flat(patch) {
+            Some(rectangle) => rectangle.sample_solid_angle(reference, u),
+            None => self.sample_area(patch, u)?.seen_from(reference.position),
+        }
     }
 
     pub(super) fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
-        let shape = self.patch(point.primitive as usize);
-        let Some(spherical) = self.spherical(reference, &shape) else {
-            return sample::pdf_from_area(reference, point, self.pdf_area(point));
-        };
-        let weight = reference
-            .cosine_weights(shape.corners())
-            .map_or(1.0, |w| warp::bilinear_pdf(spherical.inverse(point.position), w));
-        spherical.pdf() * weight
+        match self.flat(point.primitive as usize) {
+            Some(rectangle) => rectangle.pdf_solid_angle(reference, point),
+            None => sample::pdf_from_area(reference, point, self.pdf_area(point)),
+        }
     }
 }
 
@@ -304,13 +291,6 @@ impl Patch {
             && eu.dot(ev).abs() <= 1e-5 * eu.length() * ev.length()
             && eu.length() > 0.0
             && ev.length() > 0.0
-    }
-
-    fn rectangle_uv(&self, p: Vec3) -> Vec2 {
-        let (eu, ev) = (self.p10 - self.p00, self.p01 - self.p00);
-        let p = p.as_dvec3() - self.p00;
-        let along = |e: DVec3| (p.dot(e) / e.length_squared()).clamp(0.0, 1.0) as f32;
-        Vec2::new(along(eu), along(ev))
     }
 
     /// `|∂p/∂u × ∂p/∂v|` at the corners.

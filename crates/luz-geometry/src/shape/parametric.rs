@@ -188,12 +188,12 @@ impl BilinearMesh {
 
     fn at_uv(&self, patch: usize, uv: Vec2) -> Option<UvPoint> {
         let parameters = self.parameters_at(patch, uv)?;
-        Some(found(self.sample_at(patch, parameters, None), self.area_by_uv(patch, parameters)?))
+        Some(found(self.sample_at(patch, parameters), self.area_by_uv(patch, parameters)?))
     }
 
     fn normal_cone(&self, patch: usize) -> Option<NormalCone> {
         // ∂p/∂u × ∂p/∂v is bilinear in (u, v): what holds its corners holds it everywhere.
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|uv| self.sample_at(patch, uv, None).normal);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|uv| self.sample_at(patch, uv).normal);
         let axis = corners.iter().sum::<Vec3>().try_normalize()?;
         let cos_angle = corners.iter().filter(|n| **n != Vec3::ZERO).fold(1.0f32, |least, n| least.min(n.dot(axis)));
         // Beyond a right angle the corners say nothing about what is between them.

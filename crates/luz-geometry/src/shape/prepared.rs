@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use super::disk::FlatDisk;
+use super::flat_rectangle::FlatRectangle;
 use super::flat_triangle::FlatTriangle;
 use super::{Reference, Shape, SolidAngleSample};
 use crate::SurfacePoint;
@@ -15,6 +16,7 @@ pub struct PreparedPrimitive(Kind);
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
     Triangle(FlatTriangle),
+    Rectangle(FlatRectangle),
     Disk(FlatDisk),
 }
 
@@ -27,7 +29,8 @@ impl PreparedPrimitive {
         match shape {
             Shape::Triangles(mesh) => Some(Self(Kind::Triangle(mesh.flat(primitive)))),
             Shape::Disk(disk) => Some(Self(Kind::Disk(disk.flat()))),
-            Shape::Bilinear(_) | Shape::Sphere(_) | Shape::Cylinder(_) => None,
+            Shape::Bilinear(mesh) => mesh.flat(primitive).map(|rectangle| Self(Kind::Rectangle(rectangle))),
+            Shape::Sphere(_) | Shape::Cylinder(_) => None,
         }
     }
 
@@ -36,6 +39,7 @@ impl PreparedPrimitive {
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         match &self.0 {
             Kind::Triangle(triangle) => triangle.sample_solid_angle(reference, u),
+            Kind::Rectangle(rectangle) => rectangle.sample_solid_angle(reference, u),
             Kind::Disk(disk) => disk.sample_solid_angle(reference, u),
         }
     }
@@ -45,6 +49,7 @@ impl PreparedPrimitive {
     pub fn pdf_solid_angle(&self, reference: &Reference, point: &SurfacePoint) -> f32 {
         match &self.0 {
             Kind::Triangle(triangle) => triangle.pdf_solid_angle(reference, point),
+            Kind::Rectangle(rectangle) => rectangle.pdf_solid_angle(reference, point),
             Kind::Disk(disk) => disk.pdf_solid_angle(reference, point),
         }
     }
