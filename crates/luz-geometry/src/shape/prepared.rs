@@ -1,6 +1,6 @@
 //! Primitives prepared for drawing points from them again and again.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::disk::FlatDisk;
 use super::flat_triangle::FlatTriangle;
@@ -28,6 +28,15 @@ impl PreparedPrimitive {
             Shape::Triangles(mesh) => Some(Self(Kind::Triangle(mesh.flat(primitive)))),
             Shape::Disk(disk) => Some(Self(Kind::Disk(disk.flat()))),
             Shape::Bilinear(_) | Shape::Sphere(_) | Shape::Cylinder(_) => None,
+        }
+    }
+
+    /// Whether the geometric normals of all points are turned away from `position`.
+    #[inline(always)]
+    pub fn faces_away(&self, position: Vec3) -> bool {
+        match &self.0 {
+            Kind::Triangle(triangle) => triangle.faces_away(position),
+            Kind::Disk(disk) => disk.faces_away(position),
         }
     }
 
