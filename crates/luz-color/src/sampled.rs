@@ -47,13 +47,14 @@ impl SampledSpectrum {
     /// True where every lane is exactly zero.
     #[inline(always)]
     pub fn is_black(self) -> bool {
-        self.0.iter().all(|&v| v == 0.0)
+        // (All lanes at once, without branches.)
+        self.0.iter().fold(true, |all, &v| all & (v == 0.0))
     }
 
     /// True where no lane is infinite or NaN.
     #[inline(always)]
     pub fn is_finite(self) -> bool {
-        self.0.iter().all(|v| v.is_finite())
+        self.0.iter().fold(true, |all, v| all & v.is_finite())
     }
 
     /// All lanes in one, by an operation whose order does not matter: halves are put together side by side.

@@ -87,8 +87,17 @@ impl Spectrum {
     }
 
     /// The values at a path's wavelengths.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, wavelengths: &Wavelengths) -> SampledSpectrum {
+        match self {
+            Self::RgbAlbedo(polynomial) => polynomial.sample(wavelengths),
+            other => other.sample_other(wavelengths),
+        }
+    }
+
+    /// [`sample`](Self::sample) of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn sample_other(&self, wavelengths: &Wavelengths) -> SampledSpectrum {
         match self {
             Self::Constant(value) => SampledSpectrum::splat(*value),
             Self::Dense(dense) => dense.sample(wavelengths),

@@ -178,6 +178,11 @@ impl FlatDisk {
         }
     }
 
+    #[inline]
+    pub fn faces_away(&self, position: Vec3) -> bool {
+        (position - self.center).dot(self.normal) < 0.0
+    }
+
     pub fn sample_solid_angle(&self, reference: &Reference, u: Vec2) -> Option<SolidAngleSample> {
         self.sample_area(u).seen_from(reference.position)
     }

@@ -59,6 +59,13 @@ impl FlatTriangle {
         }
     }
 
+    #[inline(always)]
+    pub fn faces_away(&self, position: Vec3) -> bool {
+        let height = (position - self.corners[0]).dot(self.normal);
+        let [s0, s1, s2] = self.sides;
+        if height < 0.0 { s0.min(s1).min(s2) >= 0.0 } else { height > 0.0 && s0.max(s1).max(s2) < 0.0 }
+    }
+
     pub fn sample_area(&self, u: Vec2) -> Option<AreaSample> {
         self.pdf_area.is_finite().then(|| self.at(warp::uniform_triangle(u)))
     }

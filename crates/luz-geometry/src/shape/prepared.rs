@@ -1,6 +1,6 @@
 //! Primitives prepared for drawing points from them again and again.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::disk::FlatDisk;
 use super::flat_rectangle::FlatRectangle;
@@ -31,6 +31,15 @@ impl PreparedPrimitive {
             Shape::Disk(disk) => Some(Self(Kind::Disk(disk.flat()))),
             Shape::Bilinear(mesh) => mesh.flat(primitive).map(|rectangle| Self(Kind::Rectangle(rectangle))),
             Shape::Sphere(_) | Shape::Cylinder(_) => None,
+        }
+    }
+
+    /// Whether the geometric normals of all points are turned away from `position`.
+    #[inline(always)]
+    pub fn faces_away(&self, position: Vec3) -> bool {
+        match &self.0 {
+            Kind::Triangle(triangle) => triangle.faces_away(position),
+            Kind::Disk(disk) => disk.faces_away(position),
         }
     }
 

@@ -191,6 +191,12 @@ impl Bsdf<'_> {
         }
     }
 
+    /// Whether [`sample`](Self::sample) looks at `uc`.
+    #[inline(always)]
+    pub fn has_choices(&self) -> bool {
+        !matches!(self, Self::Diffuse(_) | Self::Conductor(_))
+    }
+
     /// True where all lobes are delta distributions, so that lights need not be sampled.
     #[inline]
     pub fn is_specular(&self) -> bool {

@@ -169,7 +169,10 @@ impl Camera {
     /// How far `position` on a plane of normal `normal` moves with one pixel, judged from the camera's narrowest pixel:
     /// the footprint of texture lookups on paths without differentials of their own.
     pub fn approximate_footprint(&self, position: Vec3, normal: Vec3, time: f32) -> (Vec3, Vec3) {
-        let transform = self.world_from_camera.interpolate(time);
+        self.with_transform(time, |transform| self.footprint_under(transform, position, normal))
+    }
+
+    fn footprint_under(&self, transform: &Transform, position: Vec3, normal: Vec3) -> (Vec3, Vec3) {
         let p = transform.inverse().point(position);
         let n = transform.inverse().normal(normal);
         let distance = p.length();
@@ -249,10 +252,16 @@ impl Camera {
     }
 }
 
-/// An orthonormal basis whose third vector is `z`, turned from the camera's axes by the least rotation.
+/// An orthonormal basis whose third vector is `z`, turned from the camera's axes by the least rotation (that of Rodrigues'
+/// formula).
 fn look_frame(z: Vec3) -> [Vec3; 3] {
-    let rotation = glam::Quat::from_rotation_arc(Vec3::Z, z);
-    [rotation * Vec3::X, rotation * Vec3::Y, z]
+    // Half a turn, or nearly: about any axis.
+    if z.z < -0.9999 {
+        let rotation = glam::Quat::from_rotation_arc(Vec3::Z, z);
+        return [rotation * Vec3::X, rotation * Vec3::Y, z];
+    }
+    let (x, y) = (z.x / (1.0 + z.z), z.y / (1.0 + z.z));
+    [Vec3::new(1.0 - z.x * x, -z.x * y, -z.x), Vec3::new(-z.y * x, 1.0 - z.y * y, -z.y), z]
 }
 
 #[cfg(test)]

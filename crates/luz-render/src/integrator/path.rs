@@ -46,6 +46,8 @@ pub struct PathCost {
 pub const CAMERA_DIMENSIONS: u32 = 6;
 /// Dimensions of one bounce: which light and where on it (2), which lobe (1), direction (2), roulette (1).
 pub const BOUNCE_DIMENSIONS: u32 = 6;
+/// The place of the direction among them.
+const DIRECTION_DIMENSION: u32 = 3;
 /// The place of roulette among them.
 const ROULETTE_DIMENSION: u32 = 5;
 /// The branches of a split path draw from dimensions that are so far apart.
@@ -299,7 +301,9 @@ impl<'a, S: Samples, O: PathObserver> Walk<'a, S, O> {
         let first_dimension = branch.bounce_dimension();
         self.samples.set_dimension(first_dimension);
         let light_u = self.samples.next_2d();
-        let (lobe_u, direction_u) = (self.samples.next_1d(), self.samples.next_2d());
+        let lobe_u = if shading.bsdf.has_choices() { self.samples.next_1d() } else { 0.0 };
+        self.samples.set_dimension(first_dimension.wrapping_add(DIRECTION_DIMENSION));
+        let direction_u = self.samples.next_2d();
         let wo = shading.frame.to_local(-branch.ray.direction);
         // Drawn before light is looked for, for the processor to do both at once.
         let sample = shading.bsdf.sample(wo, lobe_u, direction_u, TransportMode::Radiance);

@@ -136,6 +136,12 @@ impl AreaLight {
         if self.is_drawn_by_image(context) {
             return self.sample_by_image(context, reference, u, wavelengths);
         }
+        if let Some(prepared) = &self.prepared
+            && !context.emissions[self.emission as usize].two_sided
+            && prepared.faces_away(reference.position)
+        {
+            return None;
+        }
         let point = self.sample_solid_angle(context, reference, u)?;
         let direction = (point.position - reference.position).normalize();
         let pdf = self.among_met(context, point.pdf, point.position, point.uv);

@@ -125,7 +125,7 @@ impl LightSelection {
 
     /// A light's number as seen from `reference`, the probability of choosing it, and a fresh number in `[0, 1)` made of
     /// what choosing has left of `u`; `None` if no light is to be asked.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, combination: Combination, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
         match &self.choice {
             Choice::Fixed(tables) => {
@@ -247,7 +247,7 @@ impl HierarchySelection {
         EVEN_SIDES * 0.5 + (1.0 - EVEN_SIDES) * estimate
     }
 
-    #[inline]
+    #[inline(never)]
     fn sample(&self, combination: Combination, reference: &Reference, u: f32) -> Option<(usize, f32, f32)> {
         let far = self.far_tables.get(combination);
         let near = self.tree.seen_from(reference);

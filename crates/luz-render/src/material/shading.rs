@@ -113,23 +113,20 @@ fn context(camera: &Camera, surface: &SurfacePoint, differentials: Option<&RayDi
         })
         .unwrap_or_else(|| camera.approximate_footprint(surface.position, n, surface.time));
     let (dp_dx, dp_dy) = (dp_dx * FOOTPRINT_SCALE, dp_dy * FOOTPRINT_SCALE);
-    SurfaceContext {
-        position: surface.position,
-        uv: surface.uv,
-        dp_dx,
-        dp_dy,
-        duv_dx: parameters_along(surface, dp_dx),
-        duv_dy: parameters_along(surface, dp_dy),
-    }
+    let [duv_dx, duv_dy] = parameters_along(surface, [dp_dx, dp_dy]);
+    SurfaceContext { position: surface.position, uv: surface.uv, dp_dx, dp_dy, duv_dx, duv_dy }
 }
 
-/// The change of (u, v) that moves the point by `dp`, in the least-squares sense; zero where the parametrisation is
+/// The changes of (u, v) that move the point by each `dp`, in the least-squares sense; zero where the parametrisation is
 /// degenerate.
-fn parameters_along(surface: &SurfacePoint, dp: Vec3) -> Vec2 {
+fn parameters_along(surface: &SurfacePoint, dp: [Vec3; 2]) -> [Vec2; 2] {
     let (u, v) = (surface.dpdu, surface.dpdv);
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
     let determinant = uu * vv - uv * uv;
-    let (bu, bv) = (u.dot(dp), v.dot(dp));
-    let solution = Vec2::new(vv * bu - uv * bv, uu * bv - uv * bu) / determinant;
-    if solution.is_finite() { solution.clamp(Vec2::splat(-1e8), Vec2::splat(1e8)) } else { Vec2::ZERO }
+    let along = |dp: Vec3| {
+        let (bu, bv) = (u.dot(dp), v.dot(dp));
+        let solution = Vec2::new(vv * bu - uv * bv, uu * bv - uv * bu) / determinant;
+        if solution.is_finite() { solution.clamp(Vec2::splat(-1e8), Vec2::splat(1e8)) } else { Vec2::ZERO }
+    };
+    [along(dp[0]), along(dp[1])]
 }

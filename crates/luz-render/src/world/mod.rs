@@ -132,7 +132,7 @@ impl World {
     }
 
     /// The first surface along a ray, holes in alpha masks excepted.
-    #[inline]
+    #[inline(always)]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         if self.has_passages {
             self.accelerator.closest_hit_filtered(ray, |hit| self.stops_path(ray, hit))

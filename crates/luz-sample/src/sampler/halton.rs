@@ -2,7 +2,6 @@
 
 use super::Points;
 use crate::owen::{laine_karras, sobol_1d};
-use crate::permutation::permute;
 use crate::random::{Random, mix};
 
 /// How many dimensions have a base of their own.
@@ -27,7 +26,7 @@ const PRIMES: [u16; DIMENSIONS] = {
 };
 
 /// Dimension `d` is the radical inverse of the sample index in the `d`-th prime (Halton 1960), each digit of which passes a
-/// random permutation that depends on the digits before it (Owen 1995), so that pixels are independent of one another.
+/// random map that depends on the digits before it (Owen 1995), so that pixels are independent of one another.
 ///
 /// So many digits are taken as make the points of a pixel differ, and the rest is uniform, as it would be for infinitely many
 /// digits. Dimensions beyond the 128th begin again with the first prime and a shuffled index.
@@ -52,6 +51,17 @@ impl Halton {
     }
 }
 
+/// A digit in a prime base under one of the maps `a x + b` modulo the base, `a ≠ 0`. These take any pair of digits to any other
+/// pair equally often, as all permutations do, and that is all that the variance of a nested scramble depends on (Owen 1997; Matoušek
+/// 1998, "On the L2-Discrepancy for Anchored Boxes").
+#[inline]
+fn scramble(digit: u32, base: u32, bits: u64) -> u32 {
+    let below = |bits: u32, count: u32| ((u64::from(bits) * u64::from(count)) >> 32) as u32;
+    let factor = 1 + below((bits >> 32) as u32, base - 1);
+    let shift = below(bits as u32, base);
+    (digit * factor + shift) % base
+}
+
 impl Points for Halton {
     fn point_1d(&self, dimension: u32) -> u32 {
         let round = dimension / DIMENSIONS as u32;
@@ -70,13 +80,17 @@ impl Points for Halton {
         let (mut prefix, mut strata) = (0u64, 1u64);
         // Digits from the least significant, the first after the point.
         while strata < u64::from(self.count) {
-            let digit = permute(index % base, base, mix(seed.wrapping_add(prefix + strata)));
+            let digit = scramble(index % base, base, mix(seed.wrapping_add(prefix + strata)));
             index /= base;
             prefix = prefix * u64::from(base) + u64::from(digit);
             strata *= u64::from(base);
         }
         // At most 2³² × 719 strata: the sum has 42 bits before the point, 22 after it.
         let fraction = u64::from(self.jitter.point_1d(dimension)) >> 10;
+        if strata <= 1 << 32 {
+            // As below, with one division of 64 bits.
+            return ((prefix << 32 | fraction << 10) / strata) as u32;
+        }
         (((u128::from(prefix) << 22 | u128::from(fraction)) << 10) / u128::from(strata)) as u32
     }
 

@@ -30,7 +30,7 @@ pub enum SamplerKind {
     /// Jittered strata, in each dimension and each pair of dimensions. Needs to know the sample count; further samples start
     /// another round of strata.
     Stratified,
-    /// The Halton sequence with nested random permutations of digits. Any sample count; slower than the others; dimensions
+    /// The Halton sequence with nested random maps of digits. Any sample count; slower than the others; dimensions
     /// beyond the 128th are padded.
     Halton,
     /// Pairs of dimensions from the Owen-scrambled Sobol sequence, shuffled for each pair and pixel. Any sample count, powers
