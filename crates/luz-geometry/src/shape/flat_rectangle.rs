@@ -57,6 +57,11 @@ impl FlatRectangle {
         (w00 * p00 + w10 * p10 + w01 * p01 + w11 * p11, w00 * t00 + w10 * t10 + w01 * t01 + w11 * t11)
     }
 
+    #[inline(always)]
+    pub fn faces_away(&self, position: Vec3) -> bool {
+        (position - self.corners[0]).dot(self.normal) < 0.0
+    }
+
     /// A point drawn evenly.
     pub fn sample_area(&self, u: Vec2) -> Option<AreaSample> {
         let Self { position_error, normal, pdf_area, .. } = *self;

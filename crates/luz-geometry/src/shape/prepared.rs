@@ -39,6 +39,7 @@ impl PreparedPrimitive {
     pub fn faces_away(&self, position: Vec3) -> bool {
         match &self.0 {
             Kind::Triangle(triangle) => triangle.faces_away(position),
+            Kind::Rectangle(rectangle) => rectangle.faces_away(position),
             Kind::Disk(disk) => disk.faces_away(position),
         }
     }
