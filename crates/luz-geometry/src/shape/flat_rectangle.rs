@@ -1,10 +1,9 @@
 //! One rectangle, prepared for drawing points from it again and again.
 
-use std::ops::Range;
-
 use glam::{Vec2, Vec3, Vec4};
 use luz_sample::warp::{self, SphericalRectangle};
 
+use super::far::{Seen, is_far};
 use super::{AreaSample, Reference, SolidAngleSample, sample};
 use crate::{SurfacePoint, gamma};
 
@@ -86,17 +85,13 @@ impl FlatRectangle {
         sample::pdf_from_area(reference, point, density * self.pdf_area)
     }
 
-    /// Where the rectangle is small against its distance: weights of its corners in proportion to what they contribute to the irradiance
-    /// of the reference point. Nearly as good as sampling by solid angle, at a fraction of the cost.
+    /// Weights of the corners, where the rectangle is far away.
     #[inline(always)]
     fn far_weights(&self, reference: &Reference) -> Option<[f32; 4]> {
-        /// The largest ratio of the diagonal to the distance, squared.
-        const FAR: f32 = 0.64;
-        /// Of squared distances, for powers to stay in range.
-        const RANGE: Range<f32> = 1e-20..1e30;
         let distance_squared = self.center.distance_squared(reference.position);
-        let is_far = self.diagonal_squared <= FAR * distance_squared && RANGE.contains(&distance_squared);
-        is_far.then(|| reference.irradiance_weights(self.places, distance_squared).to_array())
+        is_far(self.diagonal_squared, distance_squared).then(|| {
+            Seen::new(reference, self.places).irradiance_weights(reference.normal, distance_squared).to_array()
+        })
     }
 
     #[inline(never)]

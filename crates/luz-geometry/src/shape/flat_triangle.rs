@@ -1,10 +1,9 @@
 //! One triangle, prepared for drawing points from it again and again.
 
-use std::ops::Range;
-
 use glam::{Vec2, Vec3, Vec4};
 use luz_sample::warp::{self, SphericalTriangle};
 
+use super::far::{Seen, is_far};
 use super::triangle::{TriangleMesh, normal_and_area};
 use super::{AreaSample, Reference, SolidAngleSample, sample};
 use crate::{SurfacePoint, gamma};
@@ -94,36 +93,15 @@ impl FlatTriangle {
         sample::pdf_from_area(reference, point, density * self.pdf_area)
     }
 
-    /// Where the triangle is small against its distance: weights for [`FarMap`] in proportion to what its corners
-    /// contribute to the irradiance of the reference point, cos θ / d³ (the triangle's own cosine is proportional to
-    /// 1/d). Nearly as good as sampling by solid angle, at a fraction of the cost.
+    /// Weights for [`FarMap`], where the triangle is far away.
     #[inline(always)]
     fn far_weights(&self, reference: &Reference) -> Option<[f32; 4]> {
-        /// The largest ratio of the longest edge to the distance, squared.
-        const FAR: f32 = 0.64;
-        /// Of the cosine, about, so that no corner is left out.
-        const LEAST: f32 = 0.01;
-        /// Of squared distances, for powers to stay in range.
-        const RANGE: Range<f32> = 1e-20..1e30;
-        let [x, y, z] = self.places;
-        let p = reference.position;
-        let (x, y, z) = (x - Vec4::splat(p.x), y - Vec4::splat(p.y), z - Vec4::splat(p.z));
-        let squared = x * x + y * y + z * z;
-        let distance_squared = squared.w;
-        if !(self.longest_squared <= FAR * distance_squared && RANGE.contains(&distance_squared)) {
+        let seen = Seen::new(reference, self.places);
+        let distance_squared = seen.distances_squared.w;
+        if !is_far(self.longest_squared, distance_squared) {
             return None;
         }
-        // Of the mean over the corner, squared.
-        let near = Vec4::splat(distance_squared) / squared;
-        let weights = match reference.normal {
-            // With d cos θ, the height above the tangent plane: cos θ / d³ is that over d⁴.
-            Some(n) => {
-                let height = (x * Vec4::splat(n.x) + y * Vec4::splat(n.y) + z * Vec4::splat(n.z)).abs();
-                height.max(Vec4::splat(LEAST * distance_squared.sqrt())) * (near * near)
-            }
-            None => near * near.sqrt(),
-        };
-        let [w0, w1, w2, _] = weights.to_array();
+        let [w0, w1, w2, _] = seen.irradiance_weights(reference.normal, distance_squared).to_array();
         Some([w0, w0, w1, w2])
     }
 

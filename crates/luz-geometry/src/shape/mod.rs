@@ -3,6 +3,7 @@
 mod bilinear;
 mod cylinder;
 mod disk;
+mod far;
 mod flat_rectangle;
 mod flat_triangle;
 mod parametric;

@@ -1,6 +1,6 @@
 //! What it means to sample a shape.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 
 use crate::SurfacePoint;
 
@@ -68,27 +68,6 @@ impl Reference {
         // Not by `map`, which is not inlined.
         let [c00, c10, c01, c11] = corners;
         Some([weight(c00), weight(c10), weight(c01), weight(c11)])
-    }
-}
-
-impl Reference {
-    /// What points of a flat shape contribute to the irradiance from here, relative to one at `distance_squared`: with the shape's own
-    /// cosine in proportion to 1 / d, cos θ / d³. The points are given axis by axis.
-    #[inline(always)]
-    pub(crate) fn irradiance_weights(&self, [x, y, z]: [Vec4; 3], distance_squared: f32) -> Vec4 {
-        /// Of the cosine, about, so that no point is left out.
-        const LEAST: f32 = 0.01;
-        let p = self.position;
-        let (x, y, z) = (x - Vec4::splat(p.x), y - Vec4::splat(p.y), z - Vec4::splat(p.z));
-        let near = Vec4::splat(distance_squared) / (x * x + y * y + z * z);
-        match self.normal {
-            // With d cos θ, the height above the tangent plane: cos θ / d³ is that over d⁴.
-            Some(n) => {
-                let height = (x * Vec4::splat(n.x) + y * Vec4::splat(n.y) + z * Vec4::splat(n.z)).abs();
-                height.max(Vec4::splat(LEAST * distance_squared.sqrt())) * (near * near)
-            }
-            None => near * near.sqrt(),
-        }
     }
 }
 
