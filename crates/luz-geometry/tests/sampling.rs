@@ -333,3 +333,29 @@ fn degenerate_references_give_finite_densities() {
     let hit = Hit { t: 1.0, u: 0.2, v: 0.3, shape: 0, primitive: 0, instance: NO_INSTANCE };
     assert!(only(triangle()).surface(&Ray::new(Vec3::Z, -Vec3::Z, 0.0), &hit).position.is_finite());
 }
+
+/// What is prepared draws the points of its shape with their densities, and is dark where it says so.
+#[test]
+fn prepared_primitives_are_those_of_the_shape() {
+    let (mut prepared_shapes, mut turned_away) = (0, 0);
+    for (name, shape) in shapes() {
+        let accelerator = only(shape);
+        let Some(prepared) = accelerator.prepare(ShapeId(0), 0) else { continue };
+        prepared_shapes += 1;
+        let mut random = Random(51);
+        for i in 0..3_000 {
+            let (position, normal) = (random.cube() * 5.0, random.direction());
+            let reference = if i % 3 == 0 { Reference::point(position) } else { Reference::surface(position, normal) };
+            let u = random.square();
+            let found = prepared.sample_solid_angle(&reference, u);
+            assert_eq!(found, accelerator.sample_solid_angle(&reference, ShapeId(0), 0, u), "{name}");
+            if prepared.faces_away(position)
+                && let Some(point) = found
+            {
+                turned_away += 1;
+                assert!(point.normal.dot(position - point.position) <= 1e-5, "{name} {point:?}");
+            }
+        }
+    }
+    assert!(prepared_shapes >= 2 && turned_away > 1_000, "{prepared_shapes} {turned_away}");
+}

@@ -5,8 +5,8 @@ mod common;
 use common::{LEVELS, Random, accelerate};
 use glam::{Mat4, Quat, Vec3};
 use luz_geometry::{
-    Accelerator, AcceleratorBuilder, BilinearMesh, Cylinder, Disk, Ray, Shape, SimdLevel, Sphere, Transform,
-    TriangleMesh,
+    Accelerator, AcceleratorBuilder, BilinearMesh, Cylinder, Disk, NO_INSTANCE, PrimitiveId, Ray, Shape, SimdLevel,
+    Sphere, Transform, TriangleMesh,
 };
 
 /// A convex closed mesh.
@@ -182,5 +182,62 @@ fn rays_inside_a_sphere_find_the_other_side() {
             let cosine = chord / (2.0 * scale);
             assert!((t - chord).abs() < 1e-4 * chord + 1e-5 * scale / cosine, "{scale} {t} {chord}");
         }
+    }
+}
+
+/// Rays that know the primitive that they leave find the same as those that do not, at the same places to the last bit; on their own
+/// and in an instance, in all instruction sets.
+#[test]
+fn knowing_what_is_left_changes_nothing() {
+    for level in LEVELS {
+        let mut builder = AcceleratorBuilder::new();
+        builder.simd(level);
+        builder.add_shape(Shape::Triangles(common::bumpy_sphere(16, 0.4)));
+        let group = builder.add_group();
+        builder.add_shape_to(group, Shape::Triangles(common::bumpy_sphere(12, 0.3)));
+        let turn = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.0);
+        let placed = Mat4::from_scale_rotation_translation(Vec3::splat(0.7), turn, Vec3::new(1.5, 0.5, 0.0));
+        builder.add_instance(group, Transform::from_parts(placed, placed.inverse()).into());
+        let accelerator = builder.build();
+        let mut random = Random(41);
+        let (mut met, mut of_instance) = (0, 0);
+        for _ in 0..20_000 {
+            let origin = random.direction() * 4.0;
+            let ray = Ray::new(origin, Vec3::new(0.7, 0.2, 0.0) + random.cube() - origin, 0.0);
+            let Some(hit) = accelerator.closest_hit(&ray) else { continue };
+            let point = accelerator.surface(&ray, &hit);
+            let direction = random.direction();
+            let knowing = point.leave(direction);
+            let unknowing = Ray { leaves: PrimitiveId::NONE, ..knowing };
+            let found = accelerator.closest_hit(&knowing);
+            assert_eq!(found, accelerator.closest_hit(&unknowing));
+            assert_eq!(found.is_some(), accelerator.any_hit(&knowing));
+            met += usize::from(found.is_some());
+            of_instance += usize::from(point.instance != NO_INSTANCE);
+        }
+        assert!(met > 1000 && of_instance > 1000, "{met} {of_instance}");
+    }
+}
+
+/// A ray that starts a little behind its triangle, by less than `f32` can tell, meets it unless it is said to leave it.
+#[test]
+fn what_is_left_is_not_met_again() {
+    for level in LEVELS {
+        let accelerator = accelerate([Shape::Triangles(common::bumpy_sphere(16, 0.0))], level);
+        let mut random = Random(42);
+        let mut met = 0;
+        for _ in 0..2_000 {
+            let origin = random.direction() * 3.0;
+            let ray = Ray::new(origin, 0.3 * random.cube() - origin, 0.0);
+            let Some(hit) = accelerator.closest_hit(&ray) else { continue };
+            let point = accelerator.surface(&ray, &hit);
+            let outside =
+                if point.geometric_normal.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 } * point.geometric_normal;
+            let knowing = Ray { origin: point.position - 3e-7 * outside, ..point.leave(outside) };
+            met += usize::from(accelerator.any_hit(&Ray { leaves: PrimitiveId::NONE, ..knowing }));
+            assert_eq!(accelerator.closest_hit(&knowing), None);
+            assert!(!accelerator.any_hit(&knowing));
+        }
+        assert!(met > 500, "{met}");
     }
 }

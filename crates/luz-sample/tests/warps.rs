@@ -54,3 +54,18 @@ fn spherical_polygons_map_back() {
         }
     }
 }
+
+#[test]
+fn a_bilinear_point_comes_with_its_density() {
+    let mut greatest = 0f32;
+    for w in
+        [[1.0, 2.0, 3.0, 4.0], [1e-10, 1.0, 1e-10, 0.5], [7e8, 7e8, 3e6, 1e7], [0.2; 4], [3e-13, 3e-13, 1e-14, 9e-13]]
+    {
+        for u in grid(32) {
+            let (p, pdf) = bilinear_with_pdf(u, w);
+            near(p, bilinear(u, w), "bilinear");
+            greatest = greatest.max((pdf / bilinear_pdf(p, w) - 1.0).abs());
+        }
+    }
+    assert!(greatest < 2e-6, "{greatest}");
+}

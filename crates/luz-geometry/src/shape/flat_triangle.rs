@@ -14,6 +14,8 @@ pub(super) struct FlatTriangle {
     /// Axis by axis the three corners, and their mean, so that all four are looked at together.
     places: [Vec4; 3],
     corners: [Vec3; 3],
+    /// Bounds the error of points' positions.
+    error: Vec3,
     uvs: [Vec2; 3],
     /// The unit normal as the order of the corners says.
     normal: Vec3,
@@ -33,6 +35,8 @@ impl FlatTriangle {
         Self {
             places: [0, 1, 2].map(|axis| Vec4::new(p0[axis], p1[axis], p2[axis], mean[axis])),
             corners,
+            // No weighted mean is greater than the greatest.
+            error: gamma(6) * p0.abs().max(p1.abs()).max(p2.abs()),
             uvs: mesh.corner_uvs(triangle),
             normal,
             sides: mesh.corner_sides(triangle, normal),
@@ -47,11 +51,10 @@ impl FlatTriangle {
         let [p0, p1, p2] = self.corners;
         let [uv0, uv1, uv2] = self.uvs;
         let [s0, s1, s2] = self.sides;
-        let (p0, p1, p2) = (b[0] * p0, b[1] * p1, b[2] * p2);
         let is_turned = b[0] * s0 + b[1] * s1 + b[2] * s2 < 0.0;
         AreaSample {
-            position: p0 + p1 + p2,
-            position_error: gamma(6) * (p0.abs() + p1.abs() + p2.abs()),
+            position: b[0] * p0 + b[1] * p1 + b[2] * p2,
+            position_error: self.error,
             normal: if is_turned { -self.normal } else { self.normal },
             uv: b[0] * uv0 + b[1] * uv1 + b[2] * uv2,
             pdf_area: self.pdf_area,

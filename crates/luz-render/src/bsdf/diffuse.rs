@@ -28,6 +28,7 @@ impl Diffuse {
     }
 
     /// Its scattering kinds; none where it is black.
+    #[inline(always)]
     pub fn flags(&self) -> Lobe {
         if self.reflectance.is_black() { Lobe::NONE } else { Lobe::REFLECTION | Lobe::DIFFUSE }
     }

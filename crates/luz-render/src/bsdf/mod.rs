@@ -178,8 +178,17 @@ impl Bsdf<'_> {
     }
 
     /// The union of its scattering kinds.
-    #[inline]
+    #[inline(always)]
     pub fn flags(&self) -> Lobe {
+        match self {
+            Self::Diffuse(bsdf) => bsdf.flags(),
+            other => other.flags_other(),
+        }
+    }
+
+    /// [`flags`](Self::flags) of the kinds that are not inlined everywhere.
+    #[inline(never)]
+    fn flags_other(&self) -> Lobe {
         match self {
             Self::Diffuse(bsdf) => bsdf.flags(),
             Self::DiffuseTransmission(bsdf) => bsdf.flags(),

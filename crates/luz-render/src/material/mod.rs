@@ -229,6 +229,14 @@ impl Material {
         Some(materials[usize::from(amount >= 1.0 || (amount > 0.0 && u < amount))])
     }
 
+    /// The BSDF if it is the same everywhere, and of the commonest kind.
+    #[inline(always)]
+    pub(crate) fn plain(&self, textures: &Textures, wavelengths: &Wavelengths) -> Option<Diffuse> {
+        let Scattering::Diffuse { reflectance } = self.scattering else { return None };
+        let spectrum = textures.constant_spectrum(reflectance)?;
+        Some(Diffuse::new(spectrum.sample(wavelengths).clamp(0.0, 1.0)))
+    }
+
     /// Sets the BSDF to that at a point. False where nothing scatters; mixes have been resolved before. (Written to its
     /// place, since a BSDF is large and mostly empty.)
     #[inline(always)]

@@ -58,6 +58,14 @@ impl<'w> Shading<'w> {
         wavelengths: &mut Wavelengths,
     ) -> bool {
         let mut material = world.material(material);
+        if material.perturbation.is_none()
+            && let Some(diffuse) = material.plain(world.textures(), wavelengths)
+        {
+            // Where it is looked up need not be known.
+            self.bsdf = Bsdf::Diffuse(diffuse);
+            self.frame = Frame::from_zx(surface.shading_normal, surface.shading_dpdu);
+            return true;
+        }
         let context = if world.has_varying_textures() {
             context(camera, surface, differentials)
         } else {

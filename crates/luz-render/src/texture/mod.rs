@@ -178,6 +178,7 @@ impl Textures {
     }
 
     /// The texture itself.
+    #[inline(always)]
     pub fn spectrum_texture(&self, id: SpectrumTextureId) -> &SpectrumTexture {
         &self.spectra[id.0 as usize]
     }
@@ -217,6 +218,15 @@ impl Textures {
             FloatTexture::Checkerboard { board, textures } => {
                 blend(board.share(context), |i| self.float(textures[i], context), |a, b, t| a * (1.0 - t) + b * t)
             }
+        }
+    }
+
+    /// The spectrum if it is the same everywhere.
+    #[inline(always)]
+    pub fn constant_spectrum(&self, id: SpectrumTextureId) -> Option<&Spectrum> {
+        match self.spectrum_texture(id) {
+            SpectrumTexture::Constant(spectrum) => Some(spectrum),
+            _ => None,
         }
     }
 
