@@ -230,6 +230,10 @@ fn what_is_left_is_not_met_again() {
             let origin = random.direction() * 3.0;
             let ray = Ray::new(origin, 0.3 * random.cube() - origin, 0.0);
             let Some(hit) = accelerator.closest_hit(&ray) else { continue };
+            if hit.u.min(hit.v).min(1.0 - hit.u - hit.v) < 0.05 {
+                // Behind the neighbour as well, which is not left.
+                continue;
+            }
             let point = accelerator.surface(&ray, &hit);
             let outside =
                 if point.geometric_normal.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 } * point.geometric_normal;
