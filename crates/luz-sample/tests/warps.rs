@@ -4,6 +4,10 @@ use glam::{Vec2, Vec3};
 use luz_sample::warp::*;
 
 /// An even grid over the closed unit square, less one ulp at the upper ends.
+fn near(u: Vec2, v: Vec2, what: &str) {
+    assert!((u - v).abs().max_element() < 1e-5, "{what}: {u} {v}");
+}
+
 fn grid(n: u32) -> impl Iterator<Item = Vec2> {
     (0..n * n).map(move |i| {
         let u = Vec2::new((i % n) as f32, (i / n) as f32) / (n - 1) as f32;
@@ -13,7 +17,6 @@ fn grid(n: u32) -> impl Iterator<Item = Vec2> {
 
 #[test]
 fn inverses_give_back_the_square() {
-    let near = |u: Vec2, v: Vec2, what: &str| assert!((u - v).abs().max_element() < 1e-5, "{what}: {u} {v}");
     // Away from the edges, where some maps glue points together.
     for u in grid(65).map(|u| 0.005 + 0.99 * u) {
         near(concentric_disk_inverse(concentric_disk(u)), u, "disk");
