@@ -312,15 +312,21 @@ fn others_on_killeroo_gold() {
 }
 
 /// The caustic of a spot light through glass, which path tracing cannot find: there is no reference, but two integrators that can
-/// must agree, on far more light than a third finds that cannot.
+/// must agree, on far more light than a third finds that cannot. Tiles of less than a hundredth of the mean brightness are left out: chains
+/// come by there a few times in all seeds together, which makes no normal mean.
 #[test]
 fn others_find_the_caustic_of_a_point() {
     const SCENE: &str = "caustic-glass/caustic-glass-v4.pbrt";
     let [path, bdpt, mlt] =
         [(IntegratorKind::Path, 16), (IntegratorKind::Bidirectional, 64), (IntegratorKind::PathSpace, 512)]
             .map(|(kind, samples)| means_by(kind, SCENE, [70, 100], samples));
-    assert_means_agree("caustic-glass, bdpt and mlt", &bdpt, &mlt, 1.05);
-    let green = bdpt.len() - 2;
+    let whole = bdpt.len() - 3;
+    let judged: Vec<usize> = (0..bdpt.len()).filter(|&i| bdpt[i].mean > 0.01 * bdpt[whole + i % 3].mean).collect();
+    assert!(judged.len() as f64 > 0.9 * bdpt.len() as f64, "{} of {}", judged.len(), bdpt.len());
+    let [bdpt_there, mlt_there] =
+        [&bdpt, &mlt].map(|means| judged.iter().map(|&i| means[i]).collect::<Vec<Estimate>>());
+    assert_means_agree("caustic-glass, bdpt and mlt", &bdpt_there, &mlt_there, 1.05);
+    let green = whole + 1;
     let (found, missed) = (bdpt[green], path[green]);
     println!("bdpt {found:?}, path {missed:?}");
     assert!(found.mean - missed.mean > 20.0 * (found.variance + missed.variance).sqrt(), "{found:?} {missed:?}");
