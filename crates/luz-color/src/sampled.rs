@@ -60,6 +60,7 @@ impl SampledSpectrum {
     /// All lanes in one, by an operation whose order does not matter: halves are put together side by side.
     #[inline(always)]
     fn reduce(self, f: impl Fn(f32, f32) -> f32) -> f32 {
+        const { assert!(LANES.is_power_of_two()) };
         let mut all = self.0;
         let mut half = LANES / 2;
         while half > 0 {

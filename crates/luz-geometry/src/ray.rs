@@ -13,8 +13,8 @@ pub struct Ray {
     pub t_max: f32,
     /// When it is shot, in the units of the scene's animated transforms.
     pub time: f32,
-    /// The primitive that it starts on, if that is known: if it is a triangle the ray does not meet it again, which then
-    /// needs no arithmetic.
+    /// The primitive that it starts on, if that is known. If it is a triangle, and rounding leaves it open whether the ray meets it
+    /// again, it does not; from origins that are clearly behind the triangle it does.
     pub leaves: PrimitiveId,
 }
 
